@@ -12,7 +12,7 @@ import { ownWords } from "./tools/own-words.js";
 
 /** Folders of static/js from the ground up. */
 export const LAYERS = ["texts", "util", "model", "solver", "fairness", "net", "paint", "board", "instruments"];
-export const PAGES = ["play", "replay", "compare", "embed", "map", "editor", "sandbox", "verify", "stage", "today"];
+export const PAGES = ["play", "replay", "compare", "embed", "editor", "sandbox", "verify", "stage", "today"];
 
 /** @type {Record<string, string[]>} pages that show what another page has */
 const SHOWS = { compare: ["replay"], embed: ["replay"], today: ["replay"], stage: ["play"] };

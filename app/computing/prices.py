@@ -36,9 +36,6 @@ DROP_EVENTS: Final = 1e7
 BALL_SUBSTEPS: Final = 1.3e7
 """Balls times substeps of a replayed box: 15 minutes of 60 balls in 4 substeps, about 9 s."""
 
-PROOFS: Final = 512.0
-"""Proven bins of one request."""
-
 _EVENTS_A_DROP: Final = 60.0  # on the presets; the estimate for any board
 _BOUNCES: Final = 5.0  # how much longer a fall takes with pegs than without, on the presets
 
@@ -116,9 +113,8 @@ def verification() -> Price:
     return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _ONCE)
 
 
-def proofs(count: int) -> Price:
-    """Prove `count` bins. A map may take less, as one proof can cover many pixels."""
-    return Price("proofs", float(count), PROOFS, _ONCE + _PROOF * count, "pixels")
+def proof() -> Price:
+    return Price("proofs", 1.0, 1.0, _ONCE + _PROOF)
 
 
 def stepped_drop(substeps: float) -> Price:

@@ -11,7 +11,7 @@ from plinko.app.web import openapi
 from plinko.app.web.edge.front import Front
 from plinko.app.web.problems import respond
 from plinko.app.web.routes import api_docs, boards, health, page, payouts
-from plinko.app.web.routes.drops import drops, many, maps, pictures
+from plinko.app.web.routes.drops import drops, many, pictures
 from plinko.app.web.routes.rooms import (
     halts,
     invitations,
@@ -28,7 +28,7 @@ from plinko.app.web.routes.table import RouteTable
 from plinko.engine import __version__
 
 _ROUTERS = (
-    boards, pictures, drops, many, payouts, maps, live, invitations, rooms, moves, queues, scenes,
+    boards, pictures, drops, many, payouts, live, invitations, rooms, moves, queues, scenes,
     sessions, players, halts, health, api_docs, ws,
 )  # fmt: skip
 

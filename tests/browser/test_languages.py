@@ -14,7 +14,6 @@ PAGES = tries(
     [
         *("replay.html?board=triangle-8&seed=1", "compare.html", "editor.html", "sandbox.html"),
         *(
-            "map.html?board=triangle-8",
             "verify.html",
             "stage.html",
             "embed/replay?board=triangle-8&seed=1",

@@ -29,22 +29,6 @@ def test_a_start_may_have_a_comma(opened: Open, address: str) -> None:
     page.wait_for_url(lambda url: "x=" not in url)
 
 
-@pytest.mark.parametrize(("typed", "shown"), [("0,1", "0.1"), ("-1/3", "-1/3"), ("1e−30", "1e-30")])
-def test_the_map_s_middle_may_have_a_comma_or_be_a_fraction(
-    opened: Open, typed: str, shown: str
-) -> None:
-    page = opened("/map.html?board=triangle-8").page
-    expect(page.locator("#strips li").first).to_be_attached()
-    page.locator("#other-x").fill("half")
-    page.locator("#other-x").press("Enter")
-    expect(page.locator("#other-note")).to_have_text("“half” is not a number.")
-    page.locator("#other-x").fill(typed)
-    page.locator("#other-x").press("Enter")
-    page.wait_for_url(re.compile(r"[?&]x="))
-    expect(page.locator("#strips li").first).to_be_attached()
-    expect(page.locator("#other-x")).to_have_value(shown)
-
-
 def test_the_sandbox_s_sizes_may_have_a_comma(opened: Open) -> None:
     screen = opened("/sandbox.html").state("live", "asleep")
     page = screen.page

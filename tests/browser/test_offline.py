@@ -63,9 +63,6 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.locator("#throw").click()
     expect(box).to_have_attribute("aria-label", re.compile("61 Kugeln"))
 
-    page.goto(f"{base}/map.html?board=triangle-8")
-    expect(page.get_by_role("textbox", name="x")).to_have_value("0")
-
     page.goto(f"{base}/")
     expect(page.locator("html")).to_have_attribute("data-practice", "offline")
     page.locator("#drop").click()

@@ -128,26 +128,6 @@ class DropRecord(msgspec.Struct, frozen=True):
     ] = None
 
 
-class MapTile(msgspec.Struct, frozen=True):
-    """A row of pixels of the map of starts."""
-
-    x: Annotated[str, Meta(description="The start at the centre of the zoom, m, exactly.")]
-    width: Annotated[str, Meta(description="Of the whole strip, m, exactly.")]
-    level: Annotated[int, Meta(description="Number of zooms by ten.")]
-    first: Annotated[int, Meta(description="Index in the strip of this row's first pixel.")]
-    bins: Annotated[
-        list[int],
-        Meta(
-            description="The bin of each pixel, from left to right; -1: the ball never lands, "
-            "-2: undecided, -3: no valid start."
-        ),
-    ]
-    proofs: int
-    whole: Annotated[
-        int, Meta(description="Pixels proven for every start in them, not only for the middle.")
-    ]
-
-
 State = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
 
 

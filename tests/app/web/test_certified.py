@@ -1,17 +1,14 @@
 """Proofs over HTTP: their content, refused requests, and their price."""
 
-import io
 import json
 import logging
 
 import httpx
 import pytest
-from PIL import Image
 
 from plinko.app.cli import main
 from plinko.app.computing import proofs
 from plinko.app.computing.tasks import Ask
-from plinko.app.render.start_map import HEAD, LABELS, colour_of
 from plinko.app.web.routes.drops import certificates
 from plinko.app.web.schemas.drops import Proven
 from plinko.engine import Board, certify
@@ -76,49 +73,13 @@ def test_the_command_line_and_the_server_go_equally_far(
     assert told == "more than 30 comparisons: undecided at 160 bits"
 
 
-TILE = "/api/v1/boards/triangle-8/map?x=1/100&level=40&first=4&count=2"
-
-
-def test_a_tile_of_the_map_is_proven_and_cached(http: httpx.Client) -> None:
-    response = http.get(TILE)
-    tile = response.json()
-    proven = certify(Board.preset("triangle-8"), x="0.01").bin
-    assert tile["bins"] == [proven, proven]
-    assert (tile["x"], tile["level"], tile["first"]) == ("1/100", 40, 4)
-    again = http.get(TILE, headers={"if-none-match": response.headers["etag"]})
-    assert again.status_code == 304
-
-
-def test_tiles_that_cannot_be_are_named(http: httpx.Client) -> None:
-    base = "/api/v1/boards/triangle-8/map"
-    problem(http.get(f"{base}?x=left"), 422, "bad-parameter", "'left'")
-    problem(http.get(f"{base}?x=1e999999999"), 422, "bad-parameter", "digits")
-    problem(http.get(f"{base}?first=150&count=32"), 422, "bad-parameter", "150 to 182")
-    problem(http.get(f"{base}?count=33"), 422, "invalid-value", "33")
-    problem(http.get(f"{base}.png?levels=40&pixels=40"), 422, "too-expensive", "512")
-    problem(http.get("/api/v1/boards/nonagon/map"), 404, "unknown-board", "nonagon")
-
-
-def test_the_map_is_drawn(http: httpx.Client) -> None:
-    response = http.get("/api/v1/boards/triangle-8/map.png?x=1/3&levels=2&pixels=2")
-    assert response.status_code == 200, response.text
-    with Image.open(io.BytesIO(response.content)) as picture:
-        colours = {picture.convert("RGB").getpixel((LABELS, y)) for y in (HEAD + 4, HEAD + 22)}
-    bins = range(Board.preset("triangle-8").bins.count)
-    assert colours <= {colour_of(number, len(bins), (0, 0, 0)) for number in bins}
-
-
-@pytest.mark.parametrize(
-    "path", ["boards/triangle-8/map", "boards/triangle-8/map.png", "drops/triangle-8/1?certified=1"]
-)
 def test_a_missing_part_is_no_error_in_the_log(
     http: httpx.Client,
-    path: str,
     caplog: pytest.LogCaptureFixture,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(certificates, "_is_installed", lambda: False)
     with caplog.at_level(logging.INFO):
-        answer = http.get(f"/api/v1/{path}")
+        answer = http.get("/api/v1/drops/triangle-8/1?certified=1")
     assert (answer.status_code, answer.json()["code"]) == (501, "not-installed")
     assert [each.getMessage() for each in caplog.records if each.levelno >= logging.WARNING] == []

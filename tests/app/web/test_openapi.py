@@ -46,8 +46,6 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
             (f"/api/v1/boards/{{board}}/{kind}.{{format}}", "get")
             for kind in ("density", "histogram", "sheet")
         ),
-        ("/api/v1/boards/{board}/map", "get"),
-        ("/api/v1/boards/{board}/map.{format}", "get"),
         ("/api/v1/drops", "post"),
         ("/api/v1/drops/{board}/{seed}", "get"),
         ("/api/v1/drops/{board}/{seed}.{format}", "get"),

@@ -23,7 +23,6 @@ def named(http: httpx.Client, path: str, field: str) -> None:
         (f"{DROP}?solver=stepped&dt=", "dt"),
         (f"{DROP}.png?t=", "t"),
         (f"{DROP}/frames?fps=", "fps"),
-        ("/api/v1/boards/triangle-8/map?x=", "x"),
     ],
 )
 def test_a_number_is_a_plain_decimal(http: httpx.Client, path: str, field: str, spelt: str) -> None:
@@ -39,7 +38,6 @@ def test_a_number_is_a_plain_decimal(http: httpx.Client, path: str, field: str, 
         (f"{DROP}.gif?fps=", "fps"),
         ("/api/v1/boards/triangle-8/density.png?drops=", "drops"),
         ("/api/v1/boards/triangle-8/sheet.png?columns=", "columns"),
-        ("/api/v1/boards/triangle-8/map?level=", "level"),
         ("/api/v1/rooms?limit=", "limit"),
         ("/api/v1/rooms/main/log?first=", "first"),
         ("/api/v1/rooms/main/stream.mjpg?fps=", "fps"),
@@ -79,7 +77,6 @@ PICTURES = [
     "/api/v1/boards/triangle-8/density.png",
     "/api/v1/boards/triangle-8/histogram.png",
     "/api/v1/boards/triangle-8/sheet.png",
-    "/api/v1/boards/triangle-8/map.png",
     "/api/v1/rooms/main/frame.png",
     "/api/v1/rooms/main/stream.mjpg",
 ]
@@ -97,7 +94,7 @@ def test_a_theme_is_known_before_it_names_anything(
 
 
 @pytest.mark.parametrize("width", ["-1", "0", "2049", HUGE])
-@pytest.mark.parametrize("path", [path for path in PICTURES if "/map" not in path])
+@pytest.mark.parametrize("path", PICTURES)
 def test_a_width_is_in_its_range_before_it_names_anything(
     http: httpx.Client, path: str, width: str
 ) -> None:

@@ -553,7 +553,7 @@ def test_light_or_dark_as_the_player_says_on_every_page(opened: Open, quick: Qui
     screen.drawer("Settings").get_by_role("radio", name="Dark").check()
     dark = screen.page.evaluate(ground)
     assert dark != light
-    screen.page.goto(f"{screen.url}/map.html")
+    screen.page.goto(f"{screen.url}/verify.html")
     screen.page.wait_for_function(f"dark => {ground} === dark", arg=dark)
 
 

@@ -132,6 +132,6 @@ async def _record(
     """The digest of a drop, and its record as JSON."""
     if certified:
         check_certified(ask)
-        return await compute(request, prices.proofs(1), proofs.record, ask, certainty)
+        return await compute(request, prices.proof(), proofs.record, ask, certainty)
     price = (prices.one_drop if certainty else prices.record)(ask.board, ask.solver)
     return await compute(request, price, tasks.record, ask, certainty)
