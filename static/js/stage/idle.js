@@ -1,6 +1,6 @@
 // The picture before anybody plays: the board has the whole frame, and demo balls fall, which are neither sent nor counted.
 
-import { DemoBalls } from "../play/show/demo.js";
+import { DemoBalls } from "../play/show/demo-balls.js";
 import { randomSeed } from "../play/room.js";
 import { byId } from "../util/dom.js";
 
