@@ -6,7 +6,7 @@ in CPU seconds, and corrected by the measured time afterwards.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 from plinko.app.errors import CostError
@@ -102,10 +102,9 @@ def one_drop(board: Board, solver: Solver) -> Price:
 
 def record(board: Board, solver: Solver) -> Price:
     """One drop's record. On a preset, drops are known to have few events."""
-    price = one_drop(board, solver)
     if isinstance(solver, Stepped) or not board.preset_name:
-        return price
-    return replace(price, seconds=_PRESET_RECORD, preset=board)
+        return one_drop(board, solver)
+    return Price("events", _EVENTS_A_DROP, DROP_EVENTS, _PRESET_RECORD, preset=board)
 
 
 def verification() -> Price:

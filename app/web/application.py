@@ -4,7 +4,8 @@ from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 
 from fastapi import FastAPI
-from starlette.types import ASGIApp
+from starlette.applications import Starlette
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from plinko.app.settings import Settings, static_directory
 from plinko.app.web import openapi
@@ -61,14 +62,17 @@ class Application(FastAPI):
         self._settings = settings
         self._surround = surround
         routes = (route for each in _ROUTERS for route in each.router.routes)
-        self._table = RouteTable(routes, settings.root_path)
+        self._table = RouteTable(routes, settings.root_path, self.router)
         self.routes.append(self._table)
         self.state.document = None
         self.state.page = page.Page(static_directory())
         self.mount("/", self.state.page, name="page")
 
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await Starlette.__call__(self, scope, receive, send)  # without FastAPI's telemetry
+
     def build_middleware_stack(self) -> ASGIApp:
-        return Front(self._surround(self.router), self._settings, respond)
+        return Front(self._surround(self._table), self._settings, respond)
 
     def openapi(self) -> dict[str, object]:
         return openapi.document(self, self._table.routes)

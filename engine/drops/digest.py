@@ -24,8 +24,6 @@ from plinko.engine.canonical import float_bits
 from plinko.engine.constants import PHYSICS_VERSION
 from plinko.engine.parameters import Solver
 
-_EVENT = np.dtype([("floats", "<f8", (6,)), ("marks", "<i4", (2,))])
-
 
 class DropDigest:
     """Computes the digest of one drop whose events arrive in parts of any size."""
@@ -38,19 +36,16 @@ class DropDigest:
         outcome: int,
         events: int,
     ) -> None:
-        self._sha = hashlib.sha256(b"plinko drop")
-        self._sha.update(bytes.fromhex(board_digest))
-        self._sha.update(struct.pack("<I", PHYSICS_VERSION))
-        self._sha.update(solver.encoded())
-        self._sha.update(float_bits(start).tobytes())
-        self._sha.update(struct.pack("<BQ", outcome, events))
+        head = b"plinko drop" + bytes.fromhex(board_digest) + struct.pack("<I", PHYSICS_VERSION)
+        begin = float_bits(start).tobytes() + struct.pack("<BQ", outcome, events)
+        self._sha = hashlib.sha256(head + solver.encoded() + begin)
 
     def add(self, events: npt.NDArray[np.float64], marks: npt.NDArray[np.int32]) -> None:
         """Add the next events, shape (n, 6), and their marks, shape (n, 2), from a log."""
-        rows = np.zeros(len(events), _EVENT)
-        rows["floats"] = float_bits(events)
-        rows["marks"] = marks
-        self._sha.update(rows.tobytes())
+        rows = np.empty((len(events), 7), "<f8")
+        rows[:, :6] = float_bits(events)
+        rows.view("<i4")[:, 12:] = marks
+        self._sha.update(rows)
 
     def hexdigest(self) -> str:
         """Return the digest, 64 hex digits, after all events were added."""

@@ -9,8 +9,8 @@ compressed for clients that prefer it.
 import asyncio
 import functools
 import logging
+import random
 import re
-import secrets
 import socket
 from collections.abc import Callable, Iterable
 from typing import Final
@@ -112,6 +112,8 @@ _shared = functools.partial(
 )
 
 _REQUEST_ID, _HOPS = b"x-request-id", HOPS.encode()
+
+_ids = random.Random()
 
 _log = logging.getLogger("plinko")
 
@@ -299,7 +301,7 @@ class _Exchange:
         # If one server forwards the request to another, only the first one adds the path.
         self._root_path = b"" if _HOPS in fields else root_path.encode()
         given = fields.get(_REQUEST_ID, b"")
-        self._id = given if _ID.fullmatch(given) else secrets.token_hex(16).encode()
+        self._id = given if _ID.fullmatch(given) else b"%032x" % _ids.getrandbits(128)
         self._allowances: dict[str, Allowance] = {}
         state = scope.setdefault("state", {})
         state["request_id"], state["allowances"] = self._id.decode(), self._allowances

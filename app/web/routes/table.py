@@ -16,7 +16,7 @@ from fastapi.dependencies.models import Dependant
 from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute, Match, Route, WebSocketRoute
-from starlette.types import Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from plinko.app.web.routes.queries import listed_queries
 
@@ -24,9 +24,15 @@ _WEBSOCKET: Final = "websocket"  # in place of a method
 
 
 class RouteTable(BaseRoute):
-    """Many routes as one: a regular expression for each method says which route has a path."""
+    """Many routes as one: a regular expression for each method says which route has a path.
 
-    def __init__(self, routes: Iterable[BaseRoute], root_path: str = "") -> None:
+    As an application it passes on to `otherwise` what no route matches.
+    """
+
+    def __init__(
+        self, routes: Iterable[BaseRoute], root_path: str = "", otherwise: ASGIApp | None = None
+    ) -> None:
+        self._otherwise = otherwise
         by_method: dict[str, list[Route | WebSocketRoute]] = defaultdict(list)
         self.routes = list(routes)
         for route in self.routes:
@@ -50,6 +56,15 @@ class RouteTable(BaseRoute):
         route = routes[found.lastindex - 1]
         match, child_scope = route.matches(scope)
         return match, {**child_scope, "route": route}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        lives = scope["type"] == "lifespan"
+        match, child_scope = (Match.NONE, {}) if lives else self.matches(scope)
+        if match is Match.FULL:
+            scope.update(child_scope)
+            await self.handle(scope, receive, send)
+        elif self._otherwise is not None:
+            await self._otherwise(scope, receive, send)
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Have the route answer that `matches` found."""
