@@ -5,7 +5,7 @@ import binascii
 from collections import Counter
 from collections.abc import Sequence
 from typing import Final
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 import msgspec
 
@@ -78,7 +78,18 @@ def _check(target: Target) -> None:
     parts = urlsplit(target.url)
     if parts.scheme not in ("http", "https") or not parts.hostname or parts.fragment:
         raise ValueError("an address must be a URL such as https://example.org/plinko")
+    if not _is_port_valid(parts):
+        raise ValueError(
+            f"{target.host}: the port must be from 1 to 65535, or left out with its colon"
+        )
     try:
         assert target.key
     except ValueError as error:
         raise ValueError(f"{target.host}: {error}") from None
+
+
+def _is_port_valid(parts: SplitResult) -> bool:
+    try:
+        return parts.port != 0 and not parts.netloc.endswith(":")
+    except ValueError:
+        return False

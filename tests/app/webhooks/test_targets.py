@@ -35,6 +35,11 @@ def test_no_file_is_no_target() -> None:
     [
         ({"url": "ftp://example.org", "secret": SECRET}, "an address must be a URL such as"),
         ({"url": "http:///hook", "secret": SECRET}, "an address must be a URL such as"),
+        ({"url": "http://example.org:", "secret": SECRET}, "example.org:: the port must be"),
+        ({"url": "http://example.org:/hook", "secret": SECRET}, "example.org:: the port must be"),
+        ({"url": "http://example.org:0/", "secret": SECRET}, "example.org:0: the port must be"),
+        ({"url": "http://me:pw@example.org:x/", "secret": SECRET}, "'.*: example.org:x: the port"),
+        ({"url": "http://example.org:65536", "secret": SECRET}, "example.org:65536: the port"),
         ({"url": "http://example.org", "secret": "short"}, "must begin with whsec_"),
         ({"url": "http://example.org", "secret": "whsec_?"}, "base64"),
         ({"url": "http://example.org", "secret": "whsec_YWJj"}, "24 to 64 bytes, not 3"),
