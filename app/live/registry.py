@@ -170,7 +170,7 @@ class Rooms:
             with contextlib.suppress(LedgerError):  # requests report it; this tries again
                 if not self.stored.alone:
                     await self.halts.follow()
-                await self.stored.look_after()
+                await self.stored.renew()
             # A server whose rooms sleep hardly wakes up.
             await asyncio.sleep(SEARCH_SECONDS if self.stored.alone else _FOLLOW)
 

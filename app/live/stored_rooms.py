@@ -104,7 +104,7 @@ class StoredRooms:
             await self._close_unused(REST_SECONDS, "room for another", 1)
             await self._count()
 
-    async def look_after(self) -> None:
+    async def renew(self) -> None:
         """Close rooms that have been unused for too long, once a minute; raises LedgerError."""
         now = self._persistence.now()
         if now >= self._next_search:

@@ -89,7 +89,7 @@ class Film:
         paint_caption(board, d, self._view, named(theme), falling=0.0)
         self._board = board.bytes()
         del board  # its floats take four times the memory, and the result needs as much again
-        self._look = balls.look_of(d.board.ball.radius * self._view.scale, theme)
+        self._style = balls.style_of(d.board.ball.radius * self._view.scale, theme)
         self.times = _moments(d, fps)
         self._points, self._thetas = _trails(d, self._view, self.times)
         self.result = drop_pixels(d, self._view, theme)
@@ -136,9 +136,9 @@ class Film:
         """Paint the ball of a frame with its trail; returns their bounding box."""
         points, theta = self._points[number], self._thetas[number : number + 1]
         face = self._view.face
-        balls.paint_trail(frame, points, self._look, face)
-        balls.paint_balls(frame, points[:1, 0], points[:1, 1], theta, self._look, face)
-        return _box(points, 2.0 * self._look.radius + 2.0, self._view)
+        balls.paint_trail(frame, points, self._style, face)
+        balls.paint_balls(frame, points[:1, 0], points[:1, 1], theta, self._style, face)
+        return _box(points, 2.0 * self._style.radius + 2.0, self._view)
 
 
 def _trails(d: Drop, view: View, times: Floats) -> tuple[Floats, Floats]:

@@ -155,10 +155,10 @@ class _Chart:
     def _paint_face(self, number: int) -> None:
         left, right = self._column(number)
         score = self.board.bins.multipliers[number]
-        look, unit = self.theme.payout(score), self.view.unit
+        style, unit = self.theme.payout(score), self.view.unit
         top, bottom = self.floor + 4.0 * unit, self.floor + (4.0 + FACE) * unit
         self.canvas.box(
-            (left, top, right, bottom), min(6.0 * unit, 0.2 * (right - left)), look.fill
+            (left, top, right, bottom), min(6.0 * unit, 0.2 * (right - left)), style.fill
         )
         words = tight(score)
         size = min(15.0 * unit, 0.84 * (right - left) / text_width(words, 100.0) * 100.0)
@@ -167,7 +167,7 @@ class _Chart:
             room = 0.8 * (bottom - top) / text_width(words, 100.0) * 100.0
             size = min(15.0 * unit, 0.9 * (right - left), room)
         place = (0.5 * (left + right), 0.5 * (top + bottom))
-        self.canvas.text(*place, words, size, look.ink, upright=upright)
+        self.canvas.text(*place, words, size, style.ink, upright=upright)
 
     def _paint_legend(self) -> None:
         """Explain the marks, in the upper left corner."""

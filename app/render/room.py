@@ -39,7 +39,7 @@ class Layer:
         self.theme = theme
         self.title = title
         self._radius = radius
-        self._look = balls.look_of(radius * view.scale, theme)
+        self._style = balls.style_of(radius * view.scale, theme)
         self._strip: tuple[str, ...] | None = None
         self._bare = bare
         self._layer = bare.copy()
@@ -71,11 +71,11 @@ class Layer:
             points = trails.get(number)
             if points is not None and len(points) > 1:
                 x, y = view.px(points[:, 0]), view.py(points[:, 1])
-                balls.paint_trail(pixels, np.column_stack([x, y]), self._look, view.face)
+                balls.paint_trail(pixels, np.column_stack([x, y]), self._style, view.face)
         if "radius" in (bodies.dtype.names or ()):
             self._paint_sizes(pixels, bodies)
         else:
-            self._paint(pixels, bodies, self._look, None)
+            self._paint(pixels, bodies, self._style, None)
         return pixels
 
     def _paint_sizes(self, pixels: Pixels, bodies: npt.NDArray[np.void]) -> None:
@@ -85,19 +85,19 @@ class Layer:
             chosen = (bodies["asleep"] != 0) == asleep
             if chosen.any():
                 largest = _stepped(float(radii[chosen].max()))
-                look = balls.look_of(largest, self.theme, asleep=asleep)
-                self._paint(pixels, bodies[chosen], look, radii[chosen])
+                style = balls.style_of(largest, self.theme, asleep=asleep)
+                self._paint(pixels, bodies[chosen], style, radii[chosen])
 
     def _paint(
         self,
         pixels: Pixels,
         bodies: npt.NDArray[np.void],
-        look: balls.Look,
+        style: balls.Style,
         radii: Floats | None,
     ) -> None:
         view = self.view
         xs, ys = view.px(bodies["x"]), view.py(bodies["y"])
-        balls.paint_balls(pixels, xs, ys, bodies["theta"], look, view.face, radii)
+        balls.paint_balls(pixels, xs, ys, bodies["theta"], style, view.face, radii)
 
     def jpg(self, pixels: Pixels) -> bytes:
         """Encode a frame as JPEG, quickly."""

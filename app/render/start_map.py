@@ -26,18 +26,18 @@ def map_picture(
     board: Board, strips: Sequence["Strip"], fmt: str = "png", theme: str = "light"
 ) -> bytes:
     """Draw the strips in `fmt`: `png`, `jpg` or `webp`. A start of a strip is one pixel wide."""
-    look = named(at_place(theme, board.name))
+    style = named(at_place(theme, board.name))
     pixels = max(len(strip.bins) for strip in strips)
     height = HEAD + len(strips) * (STRIP + GAP)
-    canvas = Canvas.blank(LABELS + pixels + GAP, height, look["tray"])
+    canvas = Canvas.blank(LABELS + pixels + GAP, height, style["tray"])
     proofs = sum(strip.proofs for strip in strips)
     title = f"{board.name}: the bin of each start, by {proofs:,} proofs"
-    canvas.text(8.0, HEAD / 2.0, title, 13.0, look["trayInk"], "lm")
+    canvas.text(8.0, HEAD / 2.0, title, 13.0, style["trayInk"], "lm")
     for row, strip in enumerate(strips):
         top = HEAD + row * (STRIP + GAP)
         words = f"{float(strip.width):.0e} m"
-        canvas.text(LABELS - 10.0, top + STRIP / 2.0, words, 11.0, look["trayInk"], "rm")
-        colours = np.array([colour_of(int(b), board.bins.count, look["tray"]) for b in strip.bins])
+        canvas.text(LABELS - 10.0, top + STRIP / 2.0, words, 11.0, style["trayInk"], "rm")
+        colours = np.array([colour_of(int(b), board.bins.count, style["tray"]) for b in strip.bins])
         canvas.pixels[top : top + STRIP, LABELS : LABELS + len(strip.bins)] = colours[None]
     return encode.still(canvas.bytes(), fmt)
 

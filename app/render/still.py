@@ -69,8 +69,8 @@ def drop_pixels(d: Drop, view: View, theme_name: str, at: float | None = None) -
 def _paint_balls(pixels: Pixels, d: Drop, view: View, theme_name: str, until: float) -> None:
     """Paint the ball at its start and at the time `until`."""
     states = d.states([0.0, until])
-    look = balls.look_of(d.board.ball.radius * view.scale, theme_name)
+    style = balls.style_of(d.board.ball.radius * view.scale, theme_name)
     # Paint it in front of the bins' faces, unlike in animations, so that the end stays visible.
     lowest = pixels.shape[0]
     xs, ys = (np.asarray(view.px(states["x"])), np.asarray(view.py(states["y"])))
-    balls.paint_balls(pixels, xs, ys, states["theta"], look, lowest)
+    balls.paint_balls(pixels, xs, ys, states["theta"], style, lowest)

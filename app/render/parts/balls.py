@@ -22,7 +22,7 @@ TRAIL_STEP = 1 / 55
 
 
 @dataclass(frozen=True)
-class Look:
+class Style:
     """The appearance of balls of one size in one theme; lengths in px."""
 
     radius: float
@@ -32,7 +32,7 @@ class Look:
 
 
 @functools.lru_cache(maxsize=16)
-def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
+def style_of(radius: float, theme_name: str, *, asleep: bool = False) -> Style:
     """The appearance of a ball with a radius in px: red, or grey if it sleeps."""
     theme = named(theme_name)
     shape, trail = theme.shapes["ball"], theme.shapes["trail"]
@@ -49,7 +49,7 @@ def look_of(radius: float, theme_name: str, *, asleep: bool = False) -> Look:
         shadow_alpha=shape["shadow"]["alpha"],
         gloss=_gloss(radius, theme, asleep),
     )
-    return Look(radius, paint, 2.0 * trail["width"] * radius, trail["alpha"])
+    return Style(radius, paint, 2.0 * trail["width"] * radius, trail["alpha"])
 
 
 def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
@@ -64,12 +64,12 @@ def _gloss(radius: float, theme: Theme, asleep: bool) -> Floats:
     return Gradient(shape["highlight"], stops).over(axis[None, :], axis[:, None])
 
 
-def paint_trail(pixels: Pixels, points: Floats, look: Look, lowest: int) -> None:
+def paint_trail(pixels: Pixels, points: Floats, style: Style, lowest: int) -> None:
     """Paint the ribbon behind a ball through `points` (n, 2), px, newest first."""
-    rows = _rows(points[:, 1], look.trail_width, len(pixels))
+    rows = _rows(points[:, 1], style.trail_width, len(pixels))
     compiled.paint_trail(
-        pixels[rows], points - (0.0, rows.start), look.trail_width, lowest - rows.start,
-        look.paint.body, look.trail_alpha,
+        pixels[rows], points - (0.0, rows.start), style.trail_width, lowest - rows.start,
+        style.paint.body, style.trail_alpha,
     )  # fmt: skip
 
 
@@ -78,7 +78,7 @@ def paint_balls(
     xs: Floats,
     ys: Floats,
     thetas: Floats,
-    look: Look,
+    style: Style,
     lowest: int,
     radii: Floats | None = None,
 ) -> None:
@@ -88,12 +88,12 @@ def paint_balls(
     the bins' faces.
     """
     if radii is None:
-        radii = np.full(len(xs), look.radius)
+        radii = np.full(len(xs), style.radius)
     if not len(xs):
         return
     rows = _rows(ys, 2.0 * float(radii.max()), len(pixels))
     balls = np.column_stack([xs, ys - rows.start, np.cos(thetas), np.sin(thetas), radii])
-    compiled.paint_balls(pixels[rows], balls, lowest - rows.start, look.paint)
+    compiled.paint_balls(pixels[rows], balls, lowest - rows.start, style.paint)
 
 
 def _rows(ys: Floats, reach: float, height: int) -> slice:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from plinko.app.render.parts import ground
 from plinko.app.render.parts.pegs import paint_pegs
-from plinko.app.render.parts.prizes import LINE_HEIGHT, Lettering, lettering, look_of, tight
+from plinko.app.render.parts.prizes import LINE_HEIGHT, Lettering, lettering, style_of, tight
 from plinko.app.render.parts.sides import sides_of
 from plinko.app.render.parts.view import View
 from plinko.app.render.raster.canvas import Canvas, polygon_coverage, text_width
@@ -68,7 +68,7 @@ def paint_bin(
 ) -> None:
     """Paint one bin with its label or multiplier; `lit` after a landing."""
     bins = board.bins
-    fill, ink = look_of(board, number, theme)
+    fill, ink = style_of(board, number, theme)
     x0, x1 = view.px(bins.edges[number]), view.px(bins.edges[number + 1])
     gap = max(1.0 * view.unit, min(3.0 * view.unit, 0.06 * (x1 - x0)))
     box = (x0 + gap, view.bin_top + 2 * view.unit, x1 - gap, view.bin_top + view.bin_height - 2)

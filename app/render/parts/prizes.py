@@ -95,7 +95,7 @@ def _cut(word: str, most: float) -> str:
     return f"{word}…"
 
 
-def look_of(board: Board, number: int, theme: Theme) -> tuple[Colour, Colour]:
+def style_of(board: Board, number: int, theme: Theme) -> tuple[Colour, Colour]:
     """A bin's fill and ink: from its label's colour if there is one, or from its payout."""
     bins = board.bins
     label = bins.labels[number] if bins.labels else None
@@ -105,10 +105,10 @@ def look_of(board: Board, number: int, theme: Theme) -> tuple[Colour, Colour]:
 def result_of(d: Drop, theme: Theme) -> tuple[str, Colour, Colour]:
     """A drop's result in words, and the fill and ink of the plate with these words."""
     if d.bin is None:
-        look = theme.payout(d.score)
-        return "unsettled", look.fill, look.ink
+        style = theme.payout(d.score)
+        return "unsettled", style.fill, style.ink
     words = (d.label and writable(d.label)) or f"{d.score:g}x"
-    return (words, *look_of(d.board, d.bin, theme))
+    return (words, *style_of(d.board, d.bin, theme))
 
 
 def _own(label: Label | None, payout: Payout) -> tuple[Colour, Colour]:

@@ -417,8 +417,8 @@ async def test_an_unused_room_closes_anywhere_once_the_ledger_answers(
         with monkeypatch.context() as broken:
             broken.setattr(lease_store, "take", no_answer)
             with pytest.raises(LedgerError):
-                await b.stored.look_after()
-        await asked_again(b.stored.look_after)
+                await b.stored.renew()
+        await asked_again(b.stored.renew)
         await asked_again(b.heard)
         assert await b.ledger.read(lambda c: store.open_room(c, room.id)) is None
         with pytest.raises(UnknownRoomError):

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from plinko.app.render.parts.balls import look_of, paint_balls, paint_trail
+from plinko.app.render.parts.balls import paint_balls, paint_trail, style_of
 from plinko.app.render.raster import make, pixels
 from plinko.engine.jit import machine_code, source_hash
 from plinko.engine.jit.decorator import EntryKernel
@@ -29,11 +29,11 @@ def test_the_artifact_made_again_is_the_same() -> None:
 def painted(width: int, height: int) -> list[bytes]:
     """A picture of trails and balls, some beyond its edges, and its indices of colours."""
     picture = np.full((height, width, 3), 90, np.uint8)
-    look, lowest = look_of(5.0, "light"), height - 6
+    style, lowest = style_of(5.0, "light"), height - 6
     xs, ys = np.array([-2.0, 20.3, 40.7, 1e300]), np.array([10.2, -3.0, height - 4.0, 1e300])
     for x, y in zip(xs, ys, strict=True):
-        paint_trail(picture, np.array([[x, y], [x + 6.0, y - 9.5], [x + 7.0, y]]), look, lowest)
-    paint_balls(picture, xs, ys, np.linspace(0.0, 3.0, 4), look, lowest)
+        paint_trail(picture, np.array([[x, y], [x + 6.0, y - 9.5], [x + 7.0, y]]), style, lowest)
+    paint_balls(picture, xs, ys, np.linspace(0.0, 3.0, 4), style, lowest)
     points = np.array([[-3.0, 4.0], [20.3, 12.5], [20.3, 12.5], [60.0, 50.0]])
     coats = np.array([[4.6, 0.5, 9.0, 9.0, 9.0], [2.4, 1.0, 250.0, 240.0, 200.0]])
     pixels.paint_line(picture, points, np.array([[1.0] * 3, [0.5, 0.7, 1.0]]), coats)
@@ -68,7 +68,7 @@ def test_machine_code_gives_the_bytes_that_python_gives(monkeypatch: pytest.Monk
 def test_only_rows_near_a_shape_may_change() -> None:
     picture = np.zeros((200, 60, 3), np.uint8)
     x, y = np.array([30.0]), np.array([100.0])
-    paint_balls(picture, x, y, np.zeros(1), look_of(8.0, "dark"), 150)
+    paint_balls(picture, x, y, np.zeros(1), style_of(8.0, "dark"), 150)
     rows = np.flatnonzero(picture.max(axis=(1, 2)))
     assert 90 <= rows.min() <= 93
     assert 107 <= rows.max() <= 117

@@ -19,9 +19,9 @@ from plinko.app.render.animation import HOLD, LONGEST, Animation, Film
 from plinko.app.render.parts.balls import (
     TRAIL_POINTS,
     TRAIL_STEP,
-    look_of,
     paint_balls,
     paint_trail,
+    style_of,
 )
 from plinko.app.render.parts.board import board_pixels
 from plinko.app.render.parts.path import points_at, sample_times
@@ -305,12 +305,12 @@ def test_a_png_is_read_back_as_it_was() -> None:
 
 def test_a_ball_covers_its_area_wherever_it_lies() -> None:
     """The shadow has the plate's colour here, so only the ball is visible."""
-    look = look_of(6.3, "light")
+    style = style_of(6.3, "light")
     for x, y in ((20.0, 20.0), (20.37, 19.81), (20.5, 20.25)):
         plate = np.empty((40, 40, 3), np.uint8)
-        plate[:] = look.paint.shadow.astype(np.uint8)
-        paint_balls(plate, np.array([x]), np.array([y]), np.zeros(1), look, 40)
-        rows, columns = np.nonzero((plate != look.paint.shadow.astype(np.uint8)).any(axis=-1))
+        plate[:] = style.paint.shadow.astype(np.uint8)
+        paint_balls(plate, np.array([x]), np.array([y]), np.zeros(1), style, 40)
+        rows, columns = np.nonzero((plate != style.paint.shadow.astype(np.uint8)).any(axis=-1))
         assert len(rows) == pytest.approx(math.pi * 6.8**2, rel=0.06)
         assert rows.mean() + 0.5 == pytest.approx(y, abs=0.15)
         assert columns.mean() + 0.5 == pytest.approx(x, abs=0.15)
@@ -318,10 +318,10 @@ def test_a_ball_covers_its_area_wherever_it_lies() -> None:
 
 def test_a_balls_band_turns_with_it_clockwise() -> None:
     """Positive angles turn +x towards +y, which points down."""
-    look = look_of(12.0, "light")
+    style = style_of(12.0, "light")
     for theta, along, across in ((0.0, (8, 0), (0, 8)), (math.pi / 4, (6, 6), (6, -6))):
         plate = np.zeros((40, 40, 3), np.uint8)
-        paint_balls(plate, np.array([20.0]), np.array([20.0]), np.array([theta]), look, 40)
+        paint_balls(plate, np.array([20.0]), np.array([20.0]), np.array([theta]), style, 40)
         light, dark = (plate[20 + dy, 20 + dx].astype(int) for dx, dy in (along, across))
         assert distance(light, THEMES["light"]["ballBand"]) < distance(
             dark, THEMES["light"]["ballBand"]
@@ -329,20 +329,20 @@ def test_a_balls_band_turns_with_it_clockwise() -> None:
 
 
 def test_a_ball_sinks_behind_the_bins_and_far_balls_are_left_out() -> None:
-    look = look_of(6.0, "light")
+    style = style_of(6.0, "light")
     plate = np.zeros((40, 40, 3), np.uint8)
     places = np.array([20.0, 1e12, math.nan, -500.0])
-    paint_balls(plate, places, np.array([20.0, 5.0, 5.0, 5.0]), np.zeros(4), look, 20)
+    paint_balls(plate, places, np.array([20.0, 5.0, 5.0, 5.0]), np.zeros(4), style, 20)
     assert plate[19, 20].any()
     assert not plate[20:].any()
     assert not plate[:12].any()
 
 
 def test_a_trail_narrows_towards_where_the_ball_came_from() -> None:
-    look = look_of(6.0, "light")
+    style = style_of(6.0, "light")
     plate = np.zeros((60, 60, 3), np.uint8)
     points = np.column_stack([np.linspace(50.0, 10.0, 9), np.full(9, 30.0)])
-    paint_trail(plate, points, look, 60)
+    paint_trail(plate, points, style, 60)
     widths = (plate.any(axis=-1)).sum(axis=0)
     assert widths[48] > widths[30] > widths[14] > 0
     assert widths[5] == 0
@@ -619,11 +619,11 @@ def test_the_page_and_the_pictures_read_the_same_file() -> None:
     assert path == Path(__file__).parents[3] / "static" / "theme.json"
     shapes = json.loads(path.read_text(encoding="utf-8"))["shapes"]
     assert THEMES["light"].shapes == THEMES["dark"].shapes == shapes
-    look = look_of(10.0, "light")
-    assert look.paint.half_band == shapes["ball"]["band"]
-    assert look.paint.shadow_across == shapes["ball"]["shadow"]["across"]
+    style = style_of(10.0, "light")
+    assert style.paint.half_band == shapes["ball"]["band"]
+    assert style.paint.shadow_across == shapes["ball"]["shadow"]["across"]
     opacity = shapes["ball"]["gloss"][0]["alpha"]
-    assert look.paint.gloss[..., 3].max() == pytest.approx(opacity, abs=0.05)
+    assert style.paint.gloss[..., 3].max() == pytest.approx(opacity, abs=0.05)
     for name in ("ball.js", "board.js"):  # the page reads the numbers from the theme
         script = (static_directory() / "js" / "paint" / name).read_text(encoding="utf-8")
         assert "0.24" not in script
