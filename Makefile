@@ -160,6 +160,7 @@ format: $(VENV)/.stamp-lint
 # Updates the output and pictures of the examples in the README and docs/pictures.md.
 readme: $(VENV)/.stamp-test
 	$(BIN)/python -m tests.repository.reference
+	$(BIN)/python -m tests.repository.board_form
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
 
 # Draws docs/images/architecture.svg from the import contract.

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from plinko.engine.board import values
 from plinko.engine.board.fields import BoardFields
+from plinko.engine.board.form import MIN_RADIUS, field_of
 from plinko.engine.board.materials import Material
 from plinko.engine.board.parts import BallSpec, Bins, Peg, Wall
 from plinko.engine.errors import BoardError
@@ -14,6 +15,8 @@ from plinko.engine.errors import BoardError
 Vector = tuple[float, float]
 
 ELASTIC: Final = Material(restitution=1.0, friction=0.0)
+
+_GRAVITY: Final = field_of("board", "gravity")._replace(low=0.0)
 
 _NO_BINS: Final = Bins(math.inf, (-1.0, 1.0), (0.0,))
 """Bins on a line that no ball crosses. The search pays one comparison per window for it."""
@@ -43,8 +46,8 @@ class Billiard:
             "walls": values.walls(self.walls),
             "ball": values.ball(self.ball),
             "material": values.material(self.material, "material"),
-            "gravity": values.number(self.gravity, "gravity", 0.0, values.MAX_GRAVITY),
-            "drag": values.drag(self.drag),
+            "gravity": values.number(self.gravity, "gravity", _GRAVITY),
+            "drag": values.CHECKS["drag"](self.drag),
             "cell": None if self.cell is None else _cell(self.cell, self.pegs, self.walls),
         }
         for key, value in checked.items():
@@ -90,6 +93,6 @@ def _cell(cell: Any, pegs: tuple[Peg, ...], walls: tuple[Wall, ...]) -> tuple[Ve
         x, y = (values.number(part, f"cell[{i}][{j}]") for j, part in enumerate(parts))
         found.append((x, y))
     (ax, ay), (bx, by) = found
-    if not abs(ax * by - ay * bx) >= values.MIN_RADIUS**2:
+    if not abs(ax * by - ay * bx) >= MIN_RADIUS**2:
         raise values.fail("cell", cell, "its two vectors must not be parallel")
     return found[0], found[1]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from benchmarks.billiards.billiard import Billiard
 from benchmarks.billiards.flow_many import HALVINGS, REACHED, REASONS, Balls, flow_many, new_space
 from benchmarks.billiards.repeat import arrays_and_repeat
-from plinko.engine.board.values import MAX_COORDINATE
+from plinko.engine.board.form import MAX_COORDINATE
 from plinko.engine.errors import ParameterError
 from plinko.engine.parameters import number
 from plinko.engine.physics import body, tangent

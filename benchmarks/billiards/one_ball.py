@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from benchmarks.billiards.billiard import Billiard
 from benchmarks.billiards.flow import MAX_SPEED, MAX_TIME
-from plinko.engine.board.values import MAX_COORDINATE
+from plinko.engine.board.form import MAX_COORDINATE
 from plinko.engine.drops.trajectory import Trajectory, follow
 from plinko.engine.errors import ParameterError
 from plinko.engine.exact.outcome import EVENT_LIMIT, MAX_EVENTS, TIME_LIMIT

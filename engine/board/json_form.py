@@ -18,6 +18,7 @@ from plinko.engine import json_text
 from plinko.engine.board import values
 from plinko.engine.board.faults import Faults
 from plinko.engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
+from plinko.engine.board.form import MAX_BINS, field_of, names
 from plinko.engine.board.materials import Material
 from plinko.engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from plinko.engine.errors import BoardError, JsonSyntaxError, JsonValueError
@@ -28,26 +29,14 @@ MAX_TEXT: Final = 16_000_000
 LARGEST_FILE: Final = 4 * MAX_TEXT
 """Bytes; no encoding of Unicode has more than four for a character."""
 
-_TOP: Final = (
-    *("name", "width", "height", "gravity", "drag", "ball", "pegs", "peg_material"),
-    *("walls", "wall_material", "bins", "drop"),
-)
-_BALL: Final = ("radius", "density", "restitution", "friction")
-_MATERIAL: Final = ("restitution", "friction")
-_PEG: Final = ("x", "y", "radius")
-_WALL: Final = ("x1", "y1", "x2", "y2")
-_BINS: Final = ("y", "edges", "multipliers", "labels")
-_LABEL: Final = ("text", "colour")
-_DROP: Final = ("x", "y", "jitter", "slots", "reach", "aim")
-
 PARTS: Final = ("ball", "peg_material", "wall_material", "drop", "bins")
 """Fields of a board that are objects in its JSON form."""
 
 _PARTS: Final[Mapping[str, tuple[type[Any], tuple[str, ...]]]] = {
-    "ball": (BallSpec, _BALL),
-    "peg_material": (Material, _MATERIAL),
-    "wall_material": (Material, _MATERIAL),
-    "drop": (DropZone, _DROP),
+    "ball": (BallSpec, names("ball")),
+    "peg_material": (Material, names("material")),
+    "wall_material": (Material, names("material")),
+    "drop": (DropZone, names("drop")),
 }
 
 Part = TypeVar("Part")
@@ -98,15 +87,14 @@ def fields(form: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
 
     An invalid part is left out of the result and reported to `faults`.
     """
-    _known(form, _TOP, "", faults)
+    _known(form, names("board"), "", faults)
     result: dict[str, Any] = {}
-    for key, (kind, names) in _PARTS.items():
-        result[key] = faults.take(_part, kind, form.get(key, {}), key, names)
-    result["pegs"] = faults.take(_parts, Peg, form.get("pegs", ()), "pegs", _PEG, values.MAX_PEGS)
+    for key, (kind, keys) in _PARTS.items():
+        result[key] = faults.take(_part, kind, form.get(key, {}), key, keys)
+    result["pegs"] = faults.take(_parts, Peg, form.get("pegs", ()), "pegs", names("peg"))
     result["bins"] = faults.take(_bins, form)
     if "walls" in form:
-        walls = (Wall, form["walls"], "walls", _WALL, values.MAX_WALLS)
-        result["walls"] = faults.take(_parts, *walls)
+        result["walls"] = faults.take(_parts, Wall, form["walls"], "walls", names("wall"))
     elif not faults.found:
         sides = (result["bins"], result["drop"], result["ball"])
         result["walls"] = faults.take(_side_walls, *sides)
@@ -120,24 +108,23 @@ def part(key: str, form: Mapping[str, Any], width: Any, height: Any) -> Any:
     """Return the part `key` of a board from its JSON form, such as `bins` from a dict."""
     if key == "bins":
         return _bins({"bins": form, "width": width, "height": height})
-    kind, names = _PARTS[key]
-    return _part(kind, form, key, names)
+    kind, keys = _PARTS[key]
+    return _part(kind, form, key, keys)
 
 
 def _bins(form: Mapping[str, Any]) -> Bins:
     given = _object(form.get("bins", {}), "bins")
     faults = Faults()
-    _known(given, _BINS, "bins.", faults)
+    _known(given, names("bins"), "bins.", faults)
     faults.end()
-    width = values.size(form.get("width", DEFAULT_WIDTH), "width")
-    height = values.size(form.get("height", DEFAULT_HEIGHT), "height")
-    limit = values.MAX_BINS
+    width = values.CHECKS["width"](form.get("width", DEFAULT_WIDTH))
+    height = values.CHECKS["height"](form.get("height", DEFAULT_HEIGHT))
     if "edges" in given:
         edges = given["edges"]
-        count = len(values.items(edges, "bins.edges", limit + 1)) - 1
+        count = len(values.items(edges, "bins.edges", MAX_BINS + 1)) - 1
     else:
         payouts = given.get("multipliers", (1.0,))
-        count = max(1, len(values.items(payouts, "bins.multipliers", limit)))
+        count = max(1, len(values.items(payouts, "bins.multipliers", MAX_BINS)))
         edges = tuple(width * (2 * i - count) / (2 * count) for i in range(count + 1))
     payouts = given.get("multipliers", (1.0,) * count)
     return Bins(given.get("y", height), edges, payouts, _labels(given.get("labels", ())))
@@ -148,8 +135,8 @@ def _labels(value: Any) -> tuple[Label | None, ...]:
     labels = tuple(
         None
         if item is None
-        else faults.take(_part, Label, item, f"bins.labels[{i}]", _LABEL, ("text",))
-        for i, item in enumerate(values.items(value, "bins.labels", values.MAX_BINS))
+        else faults.take(_part, Label, item, f"bins.labels[{i}]", names("label"), ("text",))
+        for i, item in enumerate(values.items(value, "bins.labels", MAX_BINS))
     )
     faults.end()
     return labels
@@ -158,7 +145,7 @@ def _labels(value: Any) -> tuple[Label | None, ...]:
 def _side_walls(bins: Bins, zone: DropZone, ball: BallSpec) -> tuple[Wall, ...]:
     bins = values.bins(bins)
     zone = values.drop_zone(zone)
-    top = zone.y - 2.0 * values.radius(ball.radius, "ball.radius")
+    top = zone.y - 2.0 * values.number(ball.radius, "ball.radius", field_of("ball", "radius"))
     return tuple(Wall(x, top, x, bins.y) for x in (bins.edges[0], bins.edges[-1]) if top < bins.y)
 
 
@@ -198,12 +185,11 @@ def _parts(
     value: Any,
     path: str,
     keys: tuple[str, ...],
-    limit: int,
 ) -> tuple[Part, ...]:
     faults = Faults()
     parts = tuple(
         faults.take(_part, kind, item, f"{path}[{i}]", keys, keys)
-        for i, item in enumerate(values.items(value, path, limit))
+        for i, item in enumerate(values.items(value, path, field_of("board", path).most))
     )
     faults.end()
     return parts
@@ -228,14 +214,19 @@ def to_dict(board: BoardFields) -> dict[str, Any]:
         "height": board.height,
         "gravity": board.gravity,
         "drag": board.drag,
-        "ball": {key: getattr(board.ball, key) for key in _BALL},
+        "ball": {key: getattr(board.ball, key) for key in names("ball")},
         "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in board.pegs],
-        "peg_material": {key: getattr(board.peg_material, key) for key in _MATERIAL},
+        "peg_material": material_dict(board.peg_material),
         "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in board.walls],
-        "wall_material": {key: getattr(board.wall_material, key) for key in _MATERIAL},
+        "wall_material": material_dict(board.wall_material),
         "bins": pockets,
         "drop": drop,
     }
+
+
+def material_dict(material: Material) -> dict[str, float]:
+    """Return the JSON form of a material."""
+    return {"restitution": material.restitution, "friction": material.friction}
 
 
 def _label_form(label: Label) -> dict[str, str]:

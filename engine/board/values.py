@@ -1,11 +1,13 @@
-"""Checks each value of a board by itself: type, range, count, order. Errors name path and value.
+"""Checks each value of a board by itself: type, range (form.py), count, order.
+
+Errors name path and value.
 
 `plinko.engine.board.checks` checks the board's geometry.
 """
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from numbers import Real
 from types import MappingProxyType
@@ -13,42 +15,23 @@ from typing import Any, Final, TypeVar
 
 from plinko.engine import plain_text
 from plinko.engine.board.faults import Faults
+from plinko.engine.board.form import (
+    COLOUR,
+    FORM,
+    MAX_BINS,
+    MAX_LABEL,
+    MAX_NAME,
+    MIN_RADIUS,
+    Field,
+    field_of,
+)
 from plinko.engine.board.materials import Material
 from plinko.engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
 from plinko.engine.errors import BoardError
 
 T = TypeVar("T")
 
-MAX_PEGS: Final = 20_000
-MAX_WALLS: Final = 2_000
-MAX_BINS: Final = 1_000
-MAX_SLOTS: Final = 1_000
-MAX_NAME: Final = 100
-"""Characters."""
-
-MAX_LABEL: Final = 40
-"""Characters, after NFC."""
-
-COLOUR: Final = "^#[0-9a-f]{6}$"
-
-MAX_COORDINATE: Final = 1e6
-"""m. At larger coordinates, the spacing of float64 values approaches a micrometre."""
-
-MIN_RADIUS: Final = 1e-6
-"""m. The square of a smaller radius would be lost in the rounding of squared distances."""
-
-MAX_RADIUS: Final = 1e4
-MAX_DENSITY: Final = 1e9
-MIN_DENSITY: Final = 1e-9
-MAX_FRICTION: Final = 10.0
-"""Rubber on rubber is near 1. Beyond ten, the motion hardly changes and only rounding grows."""
-
-MIN_GRAVITY: Final = 1e-6
-MAX_GRAVITY: Final = 1e4
-MAX_DRAG: Final = 1e3
-"""1/s. At this limit a ball on Earth falls one centimetre per second."""
-
-MAX_MULTIPLIER: Final = 1e9
+COORDINATE: Final = field_of("peg", "x")
 
 
 def shown(value: object) -> str:
@@ -65,30 +48,19 @@ def fail(field: str, value: object, wanted: str) -> BoardError:
     return BoardError(f"{field} is {shown(value)}: {wanted}", field=field)
 
 
-def number(
-    value: Any,
-    field: str,
-    low: float = -MAX_COORDINATE,
-    high: float = MAX_COORDINATE,
-    wanted: str = "",
-) -> float:
-    """Return `value` as a float in [low, high], -0.0 as 0.0; otherwise raise BoardError."""
+def number(value: Any, field: str, kind: Field = COORDINATE) -> float:
+    """Return `value` as a float in the range of `kind`, -0.0 as 0.0; otherwise raise BoardError."""
     if isinstance(value, bool) or not isinstance(value, int | float | Real):
         raise fail(field, value, "it must be a number")
     try:
         result = float(value)
     except OverflowError:
-        raise fail(field, value, f"it must be from {low:g} to {high:g}") from None
+        raise fail(field, value, kind.rule) from None
     if not math.isfinite(result):
         raise fail(field, value, "it must be finite")
-    if not low <= result <= high:
-        raise fail(field, value, wanted or f"it must be from {low:g} to {high:g}")
+    if not kind.low <= result <= kind.high:
+        raise fail(field, value, kind.rule)
     return result + 0.0
-
-
-def radius(value: Any, field: str) -> float:
-    wanted = f"a radius must be greater than 0, from {MIN_RADIUS:g} to {MAX_RADIUS:g} m"
-    return number(value, field, MIN_RADIUS, MAX_RADIUS, wanted)
 
 
 def name(value: Any) -> str:
@@ -98,54 +70,29 @@ def name(value: Any) -> str:
     raise fail("name", value, wanted)
 
 
-def gravity(value: Any) -> float:
-    """Return `value` as gravity in m/s^2; without gravity no drop would end."""
-    wanted = (
-        f"gravity must be from {MIN_GRAVITY:g} to {MAX_GRAVITY:g} m/s^2, pointing down, "
-        "or no ball would ever reach a bin"
-    )
-    return number(value, "gravity", MIN_GRAVITY, MAX_GRAVITY, wanted)
-
-
-def drag(value: Any) -> float:
-    return number(value, "drag", 0.0, MAX_DRAG, f"drag must be from 0 to {MAX_DRAG:g} 1/s")
-
-
-def size(value: Any, field: str) -> float:
-    """Return `value` as the picture's width or height in m."""
-    wanted = f"it must be greater than 0, from {MIN_RADIUS:g} to {2 * MAX_COORDINATE:g} m"
-    return number(value, field, MIN_RADIUS, 2 * MAX_COORDINATE, wanted)
-
-
-def _restitution(value: Any, field: str) -> float:
-    return number(value, field, 0.0, 1.0, "restitution must be from 0 to 1")
-
-
-def _friction(value: Any, field: str) -> float:
-    return number(value, field, 0.0, MAX_FRICTION, f"friction must be from 0 to {MAX_FRICTION:g}")
+def part(value: Any, field: str, kind: type[T], fields: tuple[Field, ...]) -> T:
+    """Return `value`, a `kind` at the path `field`, with each of its fields checked."""
+    given = instance(value, kind, field)
+    faults = Faults()
+    checked = [
+        faults.take(_numbers if each.most else number, getattr(given, each.name),
+                    f"{field}.{each.name}", each)
+        for each in fields
+    ]  # fmt: skip
+    faults.end()
+    return kind(*checked)
 
 
 def material(value: Any, field: str) -> Material:
-    part = instance(value, Material, field)
-    faults = Faults()
-    restitution = faults.take(_restitution, part.restitution, f"{field}.restitution")
-    friction = faults.take(_friction, part.friction, f"{field}.friction")
-    faults.end()
-    return Material(restitution, friction)
+    return part(value, field, Material, FORM["material"])
 
 
 def ball(value: Any) -> BallSpec:
-    part = instance(value, BallSpec, "ball")
-    wanted = f"density must be greater than 0, from {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^2"
-    faults = Faults()
-    checked = (
-        faults.take(radius, part.radius, "ball.radius"),
-        faults.take(number, part.density, "ball.density", MIN_DENSITY, MAX_DENSITY, wanted),
-        faults.take(_restitution, part.restitution, "ball.restitution"),
-        faults.take(_friction, part.friction, "ball.friction"),
-    )
-    faults.end()
-    return BallSpec(*checked)
+    return part(value, "ball", BallSpec, FORM["ball"])
+
+
+def drop_zone(value: Any) -> DropZone:
+    return part(value, "drop", DropZone, FORM["drop"])
 
 
 def instance(value: Any, kind: type[T], field: str) -> T:
@@ -168,68 +115,58 @@ def items(value: Any, field: str, limit: int) -> tuple[Any, ...]:
 
 
 def pegs(value: Any) -> tuple[Peg, ...]:
-    faults = Faults()
-    checked = tuple(
-        faults.take(_peg, peg, f"pegs[{i}]") for i, peg in enumerate(items(value, "pegs", MAX_PEGS))
-    )
-    faults.end()
-    return checked
-
-
-def _peg(value: Any, field: str) -> Peg:
-    peg = instance(value, Peg, field)
-    return Peg(
-        number(peg.x, f"{field}.x"),
-        number(peg.y, f"{field}.y"),
-        radius(peg.radius, f"{field}.radius"),
-    )
+    return _parts(value, "pegs", lambda peg, path: _row(peg, path, Peg, FORM["peg"]))
 
 
 def walls(value: Any) -> tuple[Wall, ...]:
+    return _parts(value, "walls", _wall)
+
+
+def _parts(value: Any, field: str, check: Callable[[Any, str], T]) -> tuple[T, ...]:
     faults = Faults()
-    checked = tuple(
-        faults.take(_wall, wall, f"walls[{i}]")
-        for i, wall in enumerate(items(value, "walls", MAX_WALLS))
-    )
+    parts = items(value, field, field_of("board", field).most)
+    checked = tuple(faults.take(check, each, f"{field}[{i}]") for i, each in enumerate(parts))
     faults.end()
     return checked
 
 
+def _row(value: Any, field: str, kind: type[T], fields: tuple[Field, ...]) -> T:
+    """`part` of numbers, one of thousands: it names only its first fault, and takes less time."""
+    given = instance(value, kind, field)
+    return kind(*[number(getattr(given, f.name), f"{field}.{f.name}", f) for f in fields])
+
+
 def _wall(value: Any, field: str) -> Wall:
-    wall = instance(value, Wall, field)
-    result = Wall(
-        number(wall.x1, f"{field}.x1"),
-        number(wall.y1, f"{field}.y1"),
-        number(wall.x2, f"{field}.x2"),
-        number(wall.y2, f"{field}.y2"),
-    )
-    dx, dy = result.x2 - result.x1, result.y2 - result.y1
+    wall = _row(value, field, Wall, FORM["wall"])
+    dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     if dx * dx + dy * dy < MIN_RADIUS * MIN_RADIUS:
         raise BoardError(
-            f"{field} from ({result.x1!r}, {result.y1!r}) to ({result.x2!r}, {result.y2!r}) "
+            f"{field} from ({wall.x1!r}, {wall.y1!r}) to ({wall.x2!r}, {wall.y2!r}) "
             f"has no length: its ends must be at least {MIN_RADIUS:g} m apart",
             field=field,
         )
-    return result
+    return wall
 
 
 def bins(value: Any) -> Bins:
     """Return `value` as Bins with increasing edges and one multiplier for each bin."""
-    part = instance(value, Bins, "bins")
-    edges = _numbers(part.edges, "bins.edges", MAX_BINS + 1)
+    given = instance(value, Bins, "bins")
+    height, borders, pays, _ = FORM["bins"]
+    edges = _numbers(given.edges, "bins.edges", borders)
     if len(edges) < 2:
-        raise fail("bins.edges", part.edges, "it needs at least 2 edges, one bin's left and right")
+        raise fail("bins.edges", given.edges, "it needs at least 2 edges, one bin's left and right")
     for i in range(1, len(edges)):
         if edges[i] <= edges[i - 1]:
             raise fail(f"bins.edges[{i}]", edges[i], f"it must be greater than {edges[i - 1]!r}")
-    payouts = _numbers(part.multipliers, "bins.multipliers", MAX_BINS, 0.0, MAX_MULTIPLIER)
+    payouts = _numbers(given.multipliers, "bins.multipliers", pays)
     if len(payouts) != len(edges) - 1:
         raise BoardError(
             f"bins.multipliers has {len(payouts)} values: {len(edges)} edges make "
             f"{len(edges) - 1} bins, and each needs one",
             field="bins.multipliers",
         )
-    return Bins(number(part.y, "bins.y"), edges, payouts, _labels(part.labels, len(payouts)))
+    labels = _labels(given.labels, len(payouts))
+    return Bins(number(given.y, "bins.y", height), edges, payouts, labels)
 
 
 def _labels(value: Any, count: int) -> tuple[Label | None, ...]:
@@ -267,39 +204,20 @@ def _is_colour(value: Any) -> bool:
     return isinstance(value, str) and re.fullmatch(COLOUR, value) is not None
 
 
-def drop_zone(value: Any) -> DropZone:
-    part = instance(value, DropZone, "drop")
-    faults = Faults()
-    checked = (
-        faults.take(number, part.x, "drop.x"),
-        faults.take(number, part.y, "drop.y"),
-        faults.take(number, part.jitter, "drop.jitter", 0.0),
-        faults.take(_numbers, part.slots, "drop.slots", MAX_SLOTS),
-        faults.take(number, part.reach, "drop.reach", 0.0),
-        faults.take(number, part.aim, "drop.aim", 0.0),
+def _numbers(value: Any, field: str, kind: Field) -> tuple[float, ...]:
+    return tuple(
+        number(v, f"{field}[{i}]", kind) for i, v in enumerate(items(value, field, kind.most))
     )
-    faults.end()
-    return DropZone(*checked)
-
-
-def _numbers(
-    value: Any,
-    field: str,
-    limit: int,
-    low: float = -MAX_COORDINATE,
-    high: float = MAX_COORDINATE,
-) -> tuple[float, ...]:
-    values: Sequence[Any] = items(value, field, limit)
-    return tuple(number(v, f"{field}[{i}]", low, high) for i, v in enumerate(values))
 
 
 CHECKS: Final[Mapping[str, Callable[[Any], Any]]] = MappingProxyType(
     {
         "name": name,
-        "width": partial(size, field="width"),
-        "height": partial(size, field="height"),
-        "gravity": gravity,
-        "drag": drag,
+        **{
+            each.name: partial(number, field=each.name, kind=each)
+            for each in FORM["board"]
+            if each.default is not None
+        },
         "ball": ball,
         "pegs": pegs,
         "peg_material": partial(material, field="peg_material"),

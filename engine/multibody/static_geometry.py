@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plinko.engine.board import values as validation
+from plinko.engine.board.json_form import material_dict
 from plinko.engine.board.materials import Material
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Bins, Peg, Wall
@@ -97,9 +98,9 @@ class StaticGeometry:
         """The JSON form of the parts, as in a board's, and the extent."""
         return {
             "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in self.pegs],
-            "peg_material": _material_dict(self.peg_material),
+            "peg_material": material_dict(self.peg_material),
             "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in self.walls],
-            "wall_material": _material_dict(self.wall_material),
+            "wall_material": material_dict(self.wall_material),
             "bins": self.bins
             and {
                 "y": self.bins.y,
@@ -120,10 +121,6 @@ class StaticGeometry:
             wall_material=Material(**values["wall_material"]),
             bins=bins and Bins(bins["y"], tuple(bins["edges"]), tuple(bins["multipliers"])),
         )
-
-
-def _material_dict(material: Material) -> dict[str, float]:
-    return {"restitution": material.restitution, "friction": material.friction}
 
 
 def _digest(geometry: StaticGeometry) -> str:

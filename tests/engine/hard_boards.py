@@ -16,8 +16,8 @@ from typing import Any, Final
 
 from hypothesis import strategies as st
 
+from plinko.engine.board.form import MAX_DRAG
 from plinko.engine.board.model import Board
-from plinko.engine.board.values import MAX_DRAG
 from plinko.engine.errors import BoardError
 
 SIDE: Final = 1.0

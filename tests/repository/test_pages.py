@@ -10,7 +10,8 @@ import pytest
 from plinko.app.rooms.touching.scene import BALLS, DEFAULTS, SIDE, SPEED
 from plinko.app.rooms.touching.values import BALL, SETTINGS
 from plinko.engine import Board, BoardError
-from plinko.engine.board import json_form
+from plinko.engine.board.form import names
+from tests.repository import board_form
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -36,13 +37,17 @@ EXAMPLE: dict[str, Any] = json.loads(
 )
 
 
+def test_the_pages_copy_of_the_table_is_the_engine_s() -> None:
+    assert board_form.FILE.read_text(encoding="utf-8") == board_form.script()
+
+
 def test_every_field_of_a_board_has_a_row_and_no_other_has() -> None:
-    parts = {"ball": json_form._BALL, "bins": json_form._BINS, "drop": json_form._DROP}
-    parts |= dict.fromkeys(("peg_material", "wall_material"), json_form._MATERIAL)
-    lists = {"pegs": json_form._PEG, "walls": json_form._WALL}
-    expected = {name for name in json_form._TOP if name not in parts}
-    expected |= {f"{part}.{name}" for part, names in parts.items() for name in names}
-    expected |= {f"{part}[].{name}" for part, names in lists.items() for name in names}
+    parts = {name: names(name) for name in ("ball", "bins", "drop")}
+    parts |= dict.fromkeys(("peg_material", "wall_material"), names("material"))
+    lists = {"pegs": names("peg"), "walls": names("wall")}
+    expected = {name for name in names("board") if name not in parts}
+    expected |= {f"{part}.{name}" for part, keys in parts.items() for name in keys}
+    expected |= {f"{part}[].{name}" for part, keys in lists.items() for name in keys}
     assert {name for row in FIELDS for name in named(row, "field")} == expected
 
 

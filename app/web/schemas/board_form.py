@@ -4,73 +4,65 @@ These types only describe it: `plinko.engine.board.json_form` reads boards and n
 A test checks every preset, default and range against this description.
 """
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
-from plinko.engine.board import values
-from plinko.engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH
-from plinko.engine.board.materials import Material
-from plinko.engine.board.parts import BallSpec, DropZone
-from plinko.engine.constants import EARTH_GRAVITY
-
-_BALL, _SURFACE, _ZONE = BallSpec(), Material(), DropZone()
-_MOST = values.MAX_COORDINATE
-
-Coordinate = Annotated[float, Meta(ge=-_MOST, le=_MOST, description="In metres.")]
-Radius = Annotated[
-    float, Meta(ge=values.MIN_RADIUS, le=values.MAX_RADIUS, description="In metres.")
-]
-Restitution = Annotated[
-    float,
-    Meta(ge=0.0, le=1.0, description="Speed after a head-on impact, divided by speed before it."),
-]
-Friction = Annotated[
-    float, Meta(ge=0.0, le=values.MAX_FRICTION, description="Coulomb's coefficient.")
-]
-Distance = Annotated[float, Meta(ge=0.0, le=_MOST, description="In metres.")]
-Size = Annotated[
-    float,
-    Meta(ge=values.MIN_RADIUS, le=2 * _MOST, description="Of the board's picture, in metres."),
-]
-
-Multiplier = Annotated[float, Meta(ge=0.0, le=values.MAX_MULTIPLIER)]
+from plinko.engine.board.form import COLOUR, FORM, Field, field_of
 
 
-class BallForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The ball: a disc. An impact uses the greater restitution of the two bodies."""
-
-    radius: Radius = _BALL.radius
-    density: Annotated[
-        float, Meta(ge=values.MIN_DENSITY, le=values.MAX_DENSITY, description="In kg/m^2.")
-    ] = _BALL.density
-    restitution: Restitution = _BALL.restitution
-    friction: Friction = _BALL.friction
+def _number(field: Field) -> Any:
+    return Annotated[float, Meta(ge=field.low, le=field.high)]
 
 
-class PegForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A disc that does not move. Pegs do not overlap."""
-
-    x: Coordinate
-    y: Coordinate
-    radius: Radius
+def _list(field: Field, of: Any, description: str | None = None, least: int = 0) -> Any:
+    meta = Meta(min_length=least or None, max_length=field.most, description=description)
+    return Annotated[list[of], meta]
 
 
-class WallForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A segment without thickness, hit from either side and at its ends."""
-
-    x1: Coordinate
-    y1: Coordinate
-    x2: Coordinate
-    y2: Coordinate
+def _type(field: Field) -> Any:
+    number = _number(field)
+    if field.most:
+        return _list(field, number, field.text)
+    return Annotated[number, Meta(description=field.text)]
 
 
-class MaterialForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The material of pegs or walls."""
+def _form(part: str, description: str, **others: Any) -> type[msgspec.Struct]:
+    """The type of a part, whose numbers are those of the table; `others` replaces some fields."""
+    fields: list[Any] = []
+    for field in FORM[part]:
+        if field.name in others:
+            fields.append((field.name, *others[field.name]))
+        elif field.most:
+            fields.append((field.name, _type(field), []))
+        elif field.default is not None:
+            fields.append((field.name, _type(field), field.default))
+        else:
+            fields.append((field.name, _type(field)))
+    return msgspec.defstruct(
+        f"{part.capitalize()}Form", fields, namespace={"__doc__": description}, module=__name__,
+        frozen=True, forbid_unknown_fields=True,
+    )  # fmt: skip
 
-    restitution: Restitution = _SURFACE.restitution
-    friction: Friction = _SURFACE.friction
+
+def _default(kind: type[msgspec.Struct]) -> tuple[type[msgspec.Struct], Any]:
+    return kind, msgspec.field(default_factory=kind)
+
+
+def _optional(kind: Any, description: str) -> tuple[Any, Any]:
+    return Annotated[kind | UnsetType, Meta(description=description)], UNSET
+
+
+BallForm = _form(
+    "ball", "The ball: a disc. An impact uses the greater restitution of the two bodies."
+)
+PegForm = _form("peg", "A disc that does not move. Pegs do not overlap.")
+WallForm = _form("wall", "A segment without thickness, hit from either side and at its ends.")
+MaterialForm = _form("material", "The material of pegs or walls.")
+DropForm = _form(
+    "drop", "Where a ball starts, at rest: at `y`, and at `x` plus an offset drawn from the seed."
+)
 
 
 class LabelForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -80,80 +72,53 @@ class LabelForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         str,
         Meta(
             min_length=1,
-            max_length=values.MAX_LABEL,
+            max_length=field_of("label", "text").most,
             description="Letters, marks, digits, symbols and single spaces; stored in NFC.",
         ),
     ]
     colour: Annotated[
-        Annotated[str, Meta(pattern=values.COLOUR)] | None,
+        Annotated[str, Meta(pattern=COLOUR)] | None,
         Meta(description="#rrggbb; default: the colour of the bin's multiplier."),
     ] = None
 
 
-class BinsForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a drop ends: bin i spans edges[i] to edges[i + 1] at `y` and pays multipliers[i]."""
-
-    y: Annotated[
-        Annotated[float, Meta(ge=-_MOST, le=_MOST)] | UnsetType,
-        Meta(description="In metres; default: the board's `height`."),
-    ] = UNSET
-    edges: Annotated[
-        Annotated[list[Coordinate], Meta(min_length=2, max_length=values.MAX_BINS + 1)] | UnsetType,
-        Meta(description="Rising, in metres; default: bins of equal width across the `width`."),
-    ] = UNSET
-    multipliers: Annotated[
-        Annotated[list[Multiplier], Meta(max_length=values.MAX_BINS)] | UnsetType,
-        Meta(description="One for each bin: the payout for a stake of 1. Default: 1 each."),
-    ] = UNSET
-    labels: Annotated[
-        list[LabelForm | None],
-        Meta(max_length=values.MAX_BINS, description="One or null for each bin; default: none."),
-    ] = []
-
-
-class DropForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a ball starts, at rest: at `y`, and at `x` plus an offset drawn from the seed."""
-
-    x: Coordinate = _ZONE.x
-    y: Coordinate = _ZONE.y
-    jitter: Annotated[Distance, Meta(description="The offset is from -jitter to jitter, m.")] = (
-        _ZONE.jitter
-    )
-    slots: Annotated[
-        list[Coordinate],
-        Meta(max_length=values.MAX_SLOTS, description="If given, the only places to aim at, m."),
-    ] = []
-    reach: Annotated[
-        Distance,
-        Meta(description="How far from `x` a ball may start, m, if that is more than `jitter`."),
-    ] = _ZONE.reach
-    aim: Annotated[Distance, Meta(description="How far from `x` a player may aim, m.")] = _ZONE.aim
-
-
-class BoardForm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A board: everything but the seed that decides a ball's path. x points right, y down."""
-
-    name: Annotated[
-        str, Meta(min_length=1, max_length=values.MAX_NAME, description="Printable characters.")
-    ] = "board"
-    width: Size = DEFAULT_WIDTH
-    height: Size = DEFAULT_HEIGHT
-    gravity: Annotated[
-        float, Meta(ge=values.MIN_GRAVITY, le=values.MAX_GRAVITY, description="In m/s^2, down.")
-    ] = EARTH_GRAVITY
-    drag: Annotated[
-        float, Meta(ge=0.0, le=values.MAX_DRAG, description="Linear drag of the air, in 1/s.")
-    ] = 0.0
-    ball: BallForm = msgspec.field(default_factory=BallForm)
-    pegs: Annotated[list[PegForm], Meta(max_length=values.MAX_PEGS)] = []
-    peg_material: MaterialForm = msgspec.field(default_factory=MaterialForm)
-    walls: Annotated[
-        Annotated[list[WallForm], Meta(max_length=values.MAX_WALLS)] | UnsetType,
-        Meta(
-            description="Default: two walls at the outer edges of the bins, from above the start "
-            "down. An empty list: no walls."
+BinsForm = _form(
+    "bins",
+    "Where a drop ends: bin i spans edges[i] to edges[i + 1] at `y` and pays multipliers[i].",
+    y=_optional(_number(field_of("bins", "y")), "In metres; default: the board's `height`."),
+    edges=_optional(
+        _list(field_of("bins", "edges"), _number(field_of("bins", "edges")), least=2),
+        "Rising, in metres; default: bins of equal width across the `width`.",
+    ),
+    multipliers=_optional(
+        _list(field_of("bins", "multipliers"), _number(field_of("bins", "multipliers"))),
+        "One for each bin: the payout for a stake of 1. Default: 1 each.",
+    ),
+    labels=(
+        _list(
+            field_of("bins", "labels"), LabelForm | None, "One or null for each bin; default: none."
         ),
-    ] = UNSET
-    wall_material: MaterialForm = msgspec.field(default_factory=MaterialForm)
-    bins: BinsForm = msgspec.field(default_factory=BinsForm)
-    drop: DropForm = msgspec.field(default_factory=DropForm)
+        [],
+    ),
+)  # fmt: skip
+
+_NAME = Meta(
+    min_length=1, max_length=field_of("board", "name").most, description="Printable characters."
+)
+
+BoardForm = _form(
+    "board",
+    "A board: everything but the seed that decides a ball's path. x points right, y down.",
+    name=(Annotated[str, _NAME], "board"),
+    ball=_default(BallForm),
+    pegs=(_list(field_of("board", "pegs"), PegForm), []),
+    peg_material=_default(MaterialForm),
+    walls=_optional(
+        _list(field_of("board", "walls"), WallForm),
+        "Default: two walls at the outer edges of the bins, from above the start down. An empty "
+        "list: no walls.",
+    ),
+    wall_material=_default(MaterialForm),
+    bins=_default(BinsForm),
+    drop=_default(DropForm),
+)

@@ -18,7 +18,7 @@ SQUARE = ((2.0, 0.0), (0.0, 2.0))
     [
         ({"gravity": -1.0}, "gravity", "from 0"),
         ({"gravity": math.inf}, "gravity", "finite"),
-        ({"drag": -0.1}, "drag", "drag must be"),
+        ({"drag": -0.1}, "drag", "drag is -0.1: it must be"),
         ({"pegs": (Peg(0.0, 0.0, 0.0),)}, "pegs[0].radius", "greater than 0"),
         ({"cell": SQUARE}, "cell", "at least one"),
         ({"pegs": (PEG,), "walls": (Wall(0, 1, 1, 1),), "cell": SQUARE}, "cell", "1 walls"),

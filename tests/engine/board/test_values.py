@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from plinko.engine.board import values
+from plinko.engine.board.form import MAX_BINS, field_of
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import BallSpec, Bins, Peg
 from plinko.engine.errors import BoardError
@@ -185,11 +186,11 @@ def test_the_items_of_a_list_of_parts_must_be_objects() -> None:
 @pytest.mark.parametrize(
     ("path", "item", "limit"),
     [
-        (("pegs",), {"x": 0.0, "y": 3.0, "radius": 0.1}, values.MAX_PEGS),
-        (("walls",), {"x1": 0.0, "y1": 3.0, "x2": 1.0, "y2": 3.0}, values.MAX_WALLS),
-        (("bins", "edges"), 0.0, values.MAX_BINS + 1),
-        (("bins", "multipliers"), 1.0, values.MAX_BINS),
-        (("drop", "slots"), 0.0, values.MAX_SLOTS),
+        (("pegs",), {"x": 0.0, "y": 3.0, "radius": 0.1}, field_of("board", "pegs").most),
+        (("walls",), {"x1": 0.0, "y1": 3.0, "x2": 1.0, "y2": 3.0}, field_of("board", "walls").most),
+        (("bins", "edges"), 0.0, MAX_BINS + 1),
+        (("bins", "multipliers"), 1.0, MAX_BINS),
+        (("drop", "slots"), 0.0, field_of("drop", "slots").most),
     ],
     ids=str,
 )

@@ -1,5 +1,6 @@
 // The edited board: its elements, and functions that return a new board with one change. Pure.
 
+import { defaultsOf, evenEdges, sideWalls } from "../../solver/input/values.js";
 import { number, t } from "../../texts/text.js";
 import * as element from "./element.js";
 import * as group from "./group.js";
@@ -14,15 +15,6 @@ export { withPeg, withSplit, withWall } from "./element.js";
  *   ball?: Partial<BallKind>, peg_material?: Partial<Material>, wall_material?: Partial<Material>,
  *   bins?: Partial<Bins>, drop?: Partial<DropZone>}} BoardForm a board with omitted parts
  */
-
-/** Defaults for omitted parts, the same as the server's. */
-const DEFAULTS = {
-  name: "board", width: 8, height: 6, gravity: 9.81, drag: 0,
-  ball: { radius: 0.08, density: 1, restitution: 0.6, friction: 0 },
-  peg_material: { restitution: 0.6, friction: 0 },
-  wall_material: { restitution: 0.6, friction: 0 },
-  drop: { x: 0, y: 0, jitter: 0 },
-};
 
 /** A board to start from: three pegs over three bins. @type {Board} */
 export const EMPTY = {
@@ -48,18 +40,20 @@ export function complete(form) {
     throw new RangeError(t("editor.not-object"));
   }
   const given = /** @type {BoardForm} */ (form);
+  const { x, y, jitter } = defaultsOf("drop");
   const parts = {
-    ...DEFAULTS,
+    name: "board",
+    ...defaultsOf("board"),
     pegs: [],
     ...given,
-    ball: { ...DEFAULTS.ball, ...given.ball },
-    peg_material: { ...DEFAULTS.peg_material, ...given.peg_material },
-    wall_material: { ...DEFAULTS.wall_material, ...given.wall_material },
-    drop: { ...DEFAULTS.drop, ...given.drop },
+    ball: { ...defaultsOf("ball"), ...given.ball },
+    peg_material: { ...defaultsOf("material"), ...given.peg_material },
+    wall_material: { ...defaultsOf("material"), ...given.wall_material },
+    drop: { x, y, jitter, ...given.drop },
   };
   const bins = completeBins(given.bins ?? {}, parts);
   /** @type {Board} */
-  const board = { ...parts, bins, walls: given.walls ?? sideWalls({ ...parts, bins }) };
+  const board = { ...parts, bins, walls: given.walls ?? sideWalls(bins, parts.drop.y - 2 * parts.ball.radius) };
   const numbers = [board.width, board.height, board.gravity, board.drag, board.ball.radius, board.drop.x, board.drop.y, board.drop.jitter];
   numbers.push(board.drop.reach ?? 0, board.drop.aim ?? 0);
   for (const peg of list(board.pegs, "pegs")) numbers.push(peg?.x, peg?.y, peg?.radius);
@@ -77,7 +71,7 @@ function completeBins(bins, { width, height }) {
   const count = edges ? edges.length - 1 : Math.max(1, bins.multipliers?.length ?? 1);
   const made = {
     y: bins.y ?? height,
-    edges: edges ?? Array.from({ length: count + 1 }, (_, i) => (width * (2 * i - count)) / (2 * count)),
+    edges: edges ?? evenEdges(width, count),
     multipliers: bins.multipliers ?? Array(count).fill(1),
   };
   const rises = made.edges.every((edge, i) => i === 0 || edge > made.edges[i - 1]);
@@ -86,14 +80,6 @@ function completeBins(bins, { width, height }) {
     throw new RangeError(t("editor.bad-bins"));
   }
   return element.withLabels(made, bins.labels);
-}
-
-/** @param {Pick<Board, "drop" | "ball" | "bins">} given */
-function sideWalls({ drop, ball, bins }) {
-  const top = drop.y - 2 * ball.radius;
-  return [bins.edges[0], bins.edges[bins.edges.length - 1]].map((x) => ({
-    x1: x, y1: top, x2: x, y2: bins.y,
-  }));
 }
 
 /**
