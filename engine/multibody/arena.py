@@ -9,7 +9,7 @@ import copy
 import hashlib
 from collections.abc import Iterable, Mapping
 from math import isfinite
-from typing import Any
+from typing import Any, Final, get_type_hints
 
 import msgspec
 import numpy as np
@@ -21,6 +21,7 @@ from plinko.engine.multibody import inputs
 from plinko.engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
 from plinko.engine.multibody.diagnostics import Diagnostics, diagnose
 from plinko.engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
+from plinko.engine.multibody.inputs import Operation
 from plinko.engine.multibody.settings import ArenaSettings
 from plinko.engine.multibody.solver.layout import body, step_log
 from plinko.engine.multibody.solver.step import step_balls
@@ -383,19 +384,25 @@ class Arena:
         return hashlib.sha256(self.snapshot()).hexdigest()
 
 
-_INPUTS: inputs.Operations = {
-    "add": (Arena.add, inputs.Added),
-    "add_many": (Arena.add_many, inputs.ManyAdded),
-    "remove": (Arena.remove, inputs.Ball),
-    "remove_many": (Arena.remove_many, inputs.Balls),
-    "clear": (Arena.clear, inputs.Nothing),
-    "kick": (Arena.kick, inputs.Kick),
-    "impulse": (Arena.impulse, inputs.Impulse),
-    "edit": (Arena.edit, inputs.Edit),
-    "edit_all": (Arena.edit_all, inputs.EditAll),
-    "wake_all": (Arena.wake_all, inputs.Nothing),
-    "configure": (Arena.configure, inputs.Configure),
-}
+_BALL: Final = {"ball": int}
+_PLACE: Final = {"x": float, "y": float}
+
+_INPUTS: Final[Mapping[str, Operation]] = {
+    "add": Operation(Arena.add, _PLACE, dict.fromkeys(DEFAULTS, float)),
+    "add_many": Operation(
+        Arena.add_many, dict.fromkeys(_PLACE, inputs.NUMBERS),
+        {"ids": list[int] | None, **dict.fromkeys(DEFAULTS, inputs.NUMBERS)},
+    ),
+    "remove": Operation(Arena.remove, _BALL),
+    "remove_many": Operation(Arena.remove_many, {"balls": list[int]}),
+    "clear": Operation(Arena.clear),
+    "kick": Operation(Arena.kick, {**_BALL, "dvx": float, "dvy": float}, {"domega": float}),
+    "impulse": Operation(Arena.impulse, {**_BALL, "jx": float, "jy": float}),
+    "edit": Operation(Arena.edit, _BALL, dict.fromkeys(RANGES, float)),
+    "edit_all": Operation(Arena.edit_all, optional=dict.fromkeys(RANGES, float)),
+    "wake_all": Operation(Arena.wake_all),
+    "configure": Operation(Arena.configure, optional=get_type_hints(ArenaSettings)),
+}  # fmt: skip
 
 
 def _decoded(snapshot: bytes) -> dict[str, Any]:
