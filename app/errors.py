@@ -127,6 +127,12 @@ class HaltedError(AppError):
     response = ErrorResponse(409, "room-halted", "The room is halted")
 
 
+class BannedError(AppError):
+    """The operator has banned the client's address or `who` for a time."""
+
+    response = ErrorResponse(403, "banned", "Banned for a time", 4004)
+
+
 class RepeatedError(AppError):
     """A request with the key of an earlier one, whose outcome only the room's log has."""
 

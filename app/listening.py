@@ -60,6 +60,7 @@ class Server(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop in this order: give rooms away, end streams, wait for requests, then cancel work."""
         server = self.services
+        server.rooms.tell_leaving()
         if server.others is not None:
             # First of all, while this server can still forward clients to their rooms.
             await server.others.leave()

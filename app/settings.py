@@ -97,8 +97,8 @@ class Settings:
     )
     operator_token: str = _setting(
         "",
-        "token that halts tables over REST, as `Authorization: Bearer TOKEN`, at least 32 "
-        "characters; when not given, nobody can halt tables",
+        "the operator's token, which halts tables, bans clients and announces over REST, as "
+        "`Authorization: Bearer TOKEN`, at least 32 characters; when not given, nobody can",
         secret=True,
     )
     retention: float = _setting(

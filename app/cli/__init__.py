@@ -40,6 +40,7 @@ GROUPS = {
     "For operators": {
         "ledger": "server.ledger",
         "halt": "server.halt",
+        "announce": "server.announce",
         "relay": "server.relay",
         "rooms": "server.rooms",
         "players": "server.players",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from plinko.app.errors import AppError, ClosedRoomError, ResetError, UndecidedError
 from plinko.app.live.broadcast.audience import NOBODY, Audience, AudienceContext, Player
 from plinko.app.live.broadcast.hub import Client
-from plinko.app.live.halts import Halts
+from plinko.app.live.orders import Orders
 from plinko.app.live.queue import RoomQueue
 from plinko.app.live.sessions.fair_session import FairSession
 from plinko.app.live.ticking.landings import Landings
@@ -40,7 +40,7 @@ class RoomContext:
 
     audiences: AudienceContext
     persistence: PersistenceService
-    halts: Halts
+    orders: Orders
     runner: Runner
     new_id: Callable[[], str]
     filmed: Callable[[str], bool]
@@ -131,6 +131,7 @@ class LiveRoom(ABC):
         player has sent a drop of touching balls before, whose outcome only the room's log has.
         """
         try:
+            self._context.orders.check_banned(command.who)
             return await self._persistence.ledger.decided(self._drop(command, player, session))
         except UndecidedError:
             self._runner.counts.undecided += 1
@@ -156,7 +157,7 @@ class LiveRoom(ABC):
 
     def _check(self) -> None:
         """Raise an AppError if the room currently takes no inputs."""
-        self._context.halts.check(self.id)
+        self._context.orders.check(self.id)
         self._check_here()
 
     def _check_here(self) -> None:

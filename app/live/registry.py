@@ -20,17 +20,18 @@ from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.audience import AudienceContext
 from plinko.app.live.broadcast.hub import Client, Hub
 from plinko.app.live.broadcast.presence import Presence
-from plinko.app.live.halts import Halts
 from plinko.app.live.live_arena import LiveArena
 from plinko.app.live.live_room import LiveRoom, RoomContext
 from plinko.app.live.live_table import LiveTable
 from plinko.app.live.open_rooms import OpenRooms
+from plinko.app.live.orders import Orders
 from plinko.app.live.public_tables import MAIN, PublicTables
 from plinko.app.live.stored_rooms import SEARCH_SECONDS, StoredRooms
 from plinko.app.live.ticking.runner import Runner, Running
 from plinko.app.live.ticking.ticker import Watcher
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import queue_store, store
+from plinko.app.protocol import messages
 from plinko.app.rooms import kinds
 from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.independent import IndependentRoom
@@ -47,7 +48,7 @@ from plinko.engine.errors import EffortError
 _FAILED = "its room failed"
 """Why the drops that were in flight have no bin, in their results."""
 
-_FOLLOW = 0.5  # s between two readings of other servers' halts from the ledger
+_FOLLOW = 0.5  # s between two readings of other servers' orders from the ledger
 
 _log = logging.getLogger("plinko")
 
@@ -83,12 +84,12 @@ class Rooms:
         self.limits = BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
         self.persistence = persistence
         now = self.persistence.now
-        self.halts = Halts(self.persistence.ledger, self._tell_halts, now)
+        self.orders = Orders(self.persistence.ledger, self._tell_orders, now)
         self.runner = Runner(settings, clock=clock, now=now, watchers=watchers, failed=self._close)
         self.ticker = self.runner.ticker
-        audiences = AudienceContext.of(hub, settings, clock, self.halts.holds, Presence(clock))
+        audiences = AudienceContext.of(hub, settings, clock, self.orders, Presence(clock))
         self._context = RoomContext(
-            audiences, self.persistence, self.halts, self.runner, new_id, filmed, draw
+            audiences, self.persistence, self.orders, self.runner, new_id, filmed, draw
         )
         self._open = OpenRooms(settings, self.persistence)
         self.public = PublicTables(boards, main_board, self.scene)
@@ -153,7 +154,7 @@ class Rooms:
         Only `main` is loaded now. Every other room is when it is first asked for, or by `go_on`.
         """
         await self.persistence.recovery.prepare()
-        await self.halts.load()
+        await self.orders.load()
         # If `main` cannot be opened now, clients that ask for it get the error.
         if self.stored.alone:
             with contextlib.suppress(DamagedRoomError):
@@ -169,7 +170,7 @@ class Rooms:
         while True:
             with contextlib.suppress(LedgerError):  # requests report it; this tries again
                 if not self.stored.alone:
-                    await self.halts.follow()
+                    await self.orders.follow()
                 await self.stored.renew()
             # A server whose rooms sleep hardly wakes up.
             await asyncio.sleep(SEARCH_SECONDS if self.stored.alone else _FOLLOW)
@@ -238,12 +239,12 @@ class Rooms:
         work = self._create(basis, mode, creator, use or KeyUse(), retold)
         return await self.persistence.ledger.decided(work)
 
-    async def delete(self, live: LiveRoom) -> None:
-        """Close a room for good, with all balls in it.
+    async def delete(self, live: LiveRoom, by: str = "its creator") -> None:
+        """Close a room for good, with all balls in it; `by` is for its clients.
 
         Raises LedgerError; the room then goes on.
         """
-        await self.persistence.ledger.decided(self._delete(live))
+        await self.persistence.ledger.decided(self._delete(live, by))
 
     async def reset(
         self, live: LiveRoom, board: Board | None = None, use: KeyUse | None = None
@@ -280,17 +281,17 @@ class Rooms:
         assert found is not None
         return found
 
-    async def _delete(self, live: LiveRoom) -> None:
+    async def _delete(self, live: LiveRoom, by: str) -> None:
         async with live.ending() as results:
             await self.persistence.end(live.room, results)
         if live.gone is not None:
             return
         live.land_all()
-        error = ClosedRoomError(f"room {live.id!r} was closed by its creator")
+        error = ClosedRoomError(f"room {live.id!r} was closed by {by}")
         self._forget(live, error)
         self.hub.close(live.id, error)
         self.stored.let_go(live.id)
-        _log.info("room closed", extra={"room": live.id, "why": "its creator"})
+        _log.info("room closed", extra={"room": live.id, "why": by})
 
     async def _reset(self, live: LiveRoom, board: Board | None, use: KeyUse) -> None:
         if await self.persistence.ledger.look_up(use):
@@ -331,9 +332,14 @@ class Rooms:
         """Cut off a room's clients at once; they reconnect to the room's new server."""
         self.hub.cut(room_id, error)
 
-    def _tell_halts(self) -> None:
+    def _tell_orders(self) -> None:
         for live in self.all():
-            live.audience.tell_halt()
+            live.audience.tell_orders()
+
+    def tell_leaving(self) -> None:
+        """Tell all clients that this server is about to stop."""
+        for live in self._open.in_memory.values():
+            live.audience.notify(messages.Notice(text=self.orders.notice, leaving=True))
 
     def _new(self, room_id: str, basis: Basis, mode: str) -> Room:
         rate = self.settings.tick_rate

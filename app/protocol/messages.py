@@ -302,6 +302,16 @@ class Halted(Event, frozen=True, tag="halted", kw_only=True):
     halted: bool
 
 
+class Notice(Event, frozen=True, tag="notice", kw_only=True, omit_defaults=True):
+    """What the operator announces to all players now; null: nothing any more.
+
+    leaving: whether this server is about to stop; clients then reconnect.
+    """
+
+    text: str | None
+    leaving: bool = False
+
+
 class QueueItem(msgspec.Struct, frozen=True, kw_only=True):
     """Balls of one player that wait to be dropped."""
 

@@ -396,18 +396,19 @@ EVERY_ROOM: Final = "*"
 
 
 @dataclass(frozen=True, slots=True)
-class Halt:
-    """A room, or EVERY_ROOM, is halted `since` this Unix time, in s: it takes no new drops."""
+class Order:
+    """An action of the operator, at a Unix time in s.
 
-    room: str
-    since: float
+    subject: a room's id, EVERY_ROOM, or a client's address or `who`. text: of an announcement.
+    until: when a ban ends, Unix time in s. number: its place in the log.
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class Release:
-    """A room, or EVERY_ROOM, is no longer halted."""
-
-    room: str
+    action: str
+    subject: str
+    time: float
+    text: str | None = None
+    until: float | None = None
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -462,8 +463,7 @@ Write = (
     | FairOpening
     | FairEnd
     | QueueRow
-    | Halt
-    | Release
+    | Order
     | Received
     | Prune
     | Erase

@@ -9,15 +9,16 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from plinko.app.settings import Settings, static_directory
 from plinko.app.web import openapi
+from plinko.app.web.edge.addresses import one_client
 from plinko.app.web.edge.front import Front
 from plinko.app.web.problems import respond
 from plinko.app.web.routes import api_docs, boards, health, page, payouts
 from plinko.app.web.routes.drops import drops, many, pictures
 from plinko.app.web.routes.rooms import (
-    halts,
     invitations,
     live,
     moves,
+    orders,
     players,
     queues,
     rooms,
@@ -30,7 +31,7 @@ from plinko.engine import __version__
 
 _ROUTERS = (
     boards, pictures, drops, many, payouts, live, invitations, rooms, moves, queues, scenes,
-    sessions, players, halts, health, api_docs, ws,
+    sessions, players, orders, health, api_docs, ws,
 )  # fmt: skip
 
 
@@ -72,7 +73,12 @@ class Application(FastAPI):
         await Starlette.__call__(self, scope, receive, send)  # without FastAPI's telemetry
 
     def build_middleware_stack(self) -> ASGIApp:
-        return Front(self._surround(self._table), self._settings, respond)
+        return Front(self._surround(self._table), self._settings, respond, self._check_banned)
+
+    def _check_banned(self, address: str) -> None:
+        orders = self.state.services.rooms.orders
+        if orders.bans:
+            orders.check_banned(one_client(address))
 
     def openapi(self) -> dict[str, object]:
         return openapi.document(self, self._table.routes)

@@ -55,6 +55,8 @@ def ask(url: str, path: str, body: dict[str, object] | None, method: str = "POST
     )
     try:
         with urllib.request.urlopen(asked, timeout=PATIENCE) as answer:
+            if answer.status == 204:
+                return {}
             return _document(url, answer.status, answer.read())
     except urllib.error.HTTPError as refused:
         said = _document(url, refused.code, refused.read())

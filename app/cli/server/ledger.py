@@ -162,6 +162,31 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
     return 0 if sound else EXIT_DAMAGED
 
 
+@command.command(name="actions")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@_which
+def actions(as_json: bool, **flags: object) -> None:
+    """Print the log of what the operator has done, the first action first."""
+    from plinko.app.persistence.statements import order_store
+
+    with (
+        _opened(Settings.load(overrides=flags), check=False) as database,
+        database.transaction() as connection,
+    ):
+        orders = order_store.orders(connection)
+    if as_json:
+        print_json({"actions": [dataclasses.asdict(order) for order in orders]})
+        return
+    for order in orders:
+        until = f" until {_utc(order.until)}" if order.until is not None else ""
+        what = " ".join(word for word in (order.action, order.subject, order.text) if word)
+        echo(f"{_utc(order.time)} {what}{until}")
+
+
+def _utc(time_: float) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(time_))
+
+
 @command.command(name="retire")
 @click.argument("room", metavar="ROOM")
 @_which

@@ -1,4 +1,4 @@
-"""`plinko rooms`: move rooms between the servers of a cluster."""
+"""`plinko rooms`: close a room of a running server, or move it to another server."""
 
 import urllib.parse
 
@@ -8,9 +8,9 @@ from plinko.app.cli import common
 from plinko.app.cli.server.halt import ask
 
 
-@click.group(name="rooms", short_help="Move rooms between the servers of a cluster.")
+@click.group(name="rooms", short_help="Close a room, or move it to another server.")
 def command() -> None:
-    """Move rooms between the servers of a cluster."""
+    """Close a room, or move it to another server of a cluster."""
 
 
 @command.command(name="move", short_help="Give a room to another server.")
@@ -30,3 +30,15 @@ def move(room: str, name: str, url: str, as_json: bool) -> None:
         common.print_json(found)
     else:
         common.print_fields({"room": found["room"], "server": found["server"]})
+
+
+@command.command(name="close", short_help="Close a player's room.")
+@click.argument("room")
+@click.argument("url", default="http://127.0.0.1:8000")
+def close(room: str, url: str) -> None:
+    """Close ROOM for good: its balls land and are paid, and everyone in it is disconnected.
+
+    PLINKO_OPERATOR_TOKEN in the environment must be the token that the server was started with.
+    """
+    ask(url, f"/api/v1/rooms/{urllib.parse.quote(room, safe='')}", None, "DELETE")
+    common.print_fields({"closed": room})

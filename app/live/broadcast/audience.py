@@ -9,6 +9,7 @@ import msgspec
 
 from plinko.app.live.broadcast.hub import Client, Hub
 from plinko.app.live.broadcast.presence import Presence
+from plinko.app.live.orders import Orders
 from plinko.app.protocol import messages
 from plinko.app.protocol.seeds import SeedStream, SparseStream
 from plinko.app.protocol.visitors import Appearance
@@ -44,12 +45,12 @@ NOBODY: Final = Player()
 
 @dataclass(frozen=True)
 class AudienceContext:
-    """What the audiences of all rooms share. `halted`: whether a room is halted."""
+    """What the audiences of all rooms share. orders: those of the operator, if there are any."""
 
     hub: Hub
     presence: Presence
     clock: Callable[[], float]
-    halted: Callable[[str], bool]
+    orders: Orders | None
     every: int  # ticks between two diagnostics
     limits: messages.Limits
 
@@ -59,12 +60,12 @@ class AudienceContext:
         hub: Hub,
         settings: Settings,
         clock: Callable[[], float],
-        halted: Callable[[str], bool] = lambda _: False,
+        orders: Orders | None = None,
         presence: Presence | None = None,
     ) -> "AudienceContext":
         every = max(1, settings.tick_rate // _DIAGNOSED)
         limits = messages.Limits(settings.max_balls, settings.drop_rate, messages.MESSAGE_BYTES)
-        return cls(hub, presence or Presence(clock), clock, halted, every, limits)
+        return cls(hub, presence or Presence(clock), clock, orders, every, limits)
 
 
 class Audience:
@@ -79,6 +80,7 @@ class Audience:
         self._diagnosed: set[int] = set()  # clients that receive diagnostics
         self._sparse: dict[str, SparseStream] = {}  # `paths` and `seeds`, while clients have them
         self._begin(room, run)
+        self._told = self._orders
 
     def _begin(self, room: Room, run: str) -> None:
         self.room = room
@@ -132,16 +134,27 @@ class Audience:
         first = room.first_message(client.stream)
         if first is not None:
             client.show(WireMessage.of_bytes(first))
-        if self._context.halted(room.id):
-            client.post(WireMessage.of_text(messages.encode_event(messages.Halted(halted=True))))
+        halted, notice = self._orders
+        for event in (halted,) * halted.halted + (notice,) * (notice.text is not None):
+            client.post(WireMessage.of_text(messages.encode_event(event)))
 
     def appear(self, client: Client, appearance: Appearance) -> messages.Presence:
         """Make a client a visitor; returns its answer. The other visitors are informed soon."""
         return self._context.presence.appear(self.room.id, client, appearance)
 
-    def tell_halt(self) -> None:
-        """Tell all clients whether the room is halted."""
-        self.notify(messages.Halted(halted=self._context.halted(self.room.id)))
+    @property
+    def _orders(self) -> tuple[messages.Halted, messages.Notice]:
+        orders = self._context.orders
+        halted = orders is not None and orders.holds(self.room.id)
+        text = None if orders is None else orders.notice
+        return messages.Halted(halted=halted), messages.Notice(text=text)
+
+    def tell_orders(self) -> None:
+        """Tell all clients whether the room is halted, and what the operator announces."""
+        before, self._told = self._told, self._orders
+        for event, known in zip(self._told, before, strict=True):
+            if event != known:
+                self.notify(event)
 
     def notify(self, event: messages.Event) -> None:
         """Send all clients an event that is not part of the room's numbered events."""

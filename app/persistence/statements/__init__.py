@@ -1,7 +1,7 @@
 """The ledger's tables and all statements over them. The caller opens the connection.
 
-`tables` declares them for SQLAlchemy Core; `store` reads and prunes; `writing` applies writes in
-order. The other modules each have the statements of one part: fair sessions, halts, leases, queues,
-webhooks, writers, a player's history (`plays`) and sums (`totals`). Imports nothing from the rest
-of the package. Start with tables.py, then store.py.
+`tables` declares them for SQLAlchemy Core; `store` reads; `writing` applies writes in order;
+`retention` deletes what is old. The other modules each have the statements of one part: fair
+sessions, the operator's orders, leases, queues, webhooks, writers, a player's history (`plays`) and
+sums (`totals`). Imports nothing from the rest of the package. Start with tables.py, then store.py.
 """

@@ -261,12 +261,16 @@ totals = Table(
     Column("paid", BigInteger, nullable=False),  # minor units
 )
 
-# Rooms that accept no new drops, by id; `*` for all rooms.
-halts = Table(
-    "halts",
+# The log of the operator's actions, from which follows what is in force; see app/live/orders.py.
+operator_actions = Table(
+    "operator_actions",
     metadata,
-    Column("room", Id, primary_key=True),
-    Column("since", Double, nullable=False),  # Unix time, s
+    Column("number", BigInteger().with_variant(Integer, "sqlite"), primary_key=True),
+    Column("action", String(16), nullable=False),
+    Column("subject", String(64), nullable=False),
+    Column("time", Double, nullable=False),  # Unix time, s
+    Column("text", Text),
+    Column("until", Double),  # Unix time, s
 )
 
 # What a webhook's target has received of a table's run: its drops below `next`, and their landings

@@ -138,9 +138,11 @@ class Front:
         respond: Callable[[Scope, Exception], Response] = lambda scope, error: problem_response(
             error, scope["path"]
         ),
+        check_banned: Callable[[str], None] = lambda address: None,
     ) -> None:
         self._app = app
         self._respond = respond
+        self._check_banned = check_banned
         self._proxies = Proxies(settings.trusted_proxies)
         self._hosts = Hosts(settings.host, settings.hosts, socket.gethostname())
         self._allowed = settings.allowed_origins
@@ -233,12 +235,15 @@ class Front:
             )
 
     def _admit(self, scope: Scope, fields: Fields) -> None:
-        """Refuse requests for a host that is not this server, and those of other sites' pages.
+        """Refuse requests of banned addresses, for foreign hosts, and of other sites' pages.
 
-        The first get 421: see hosts.py. Two Host lines get 400: a proxy may have trusted the other
-        one. Another site's page may not open a WebSocket or send an unsafe request, or any page
-        that a player opens could drop balls here, or overload a server on loopback.
+        Those for another host get 421: see hosts.py. Two Host lines get 400: a proxy may have
+        trusted the other one. Another site's page may not open a WebSocket or send an unsafe
+        request, or any page that a player opens could drop balls here, or overload a server on
+        loopback.
         """
+        if scope.get("client"):
+            self._check_banned(scope["client"][0])
         host = fields.get(b"host")
         if host is not None and b"," in host:
             named = sum(name == b"host" for name, _ in scope["headers"])

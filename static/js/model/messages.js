@@ -102,6 +102,7 @@
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
  * @typedef {{number: number, left: number} & Tag} QueueItem balls waiting to be dropped for one person; left: how many
  * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState items: only the first of those waiting
+ * @typedef {{type: "notice", text: string | null, leaving?: boolean}} Notice what the operator announces, and whether the server is about to stop
  * @typedef {{type: "halted", halted: boolean}} Halted whether an operator has stopped the room from accepting drops
  * @typedef {{type: "pong", t: number}} Pong
  * @typedef {object} Snapshot the balls of a room at one tick, as columns: ball i is ids[i], x[i], …
@@ -121,7 +122,7 @@
  *   all of it
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Presence | Missed | Halted | QueueState | Pong | SessionState | SessionEnded} TableMessage
+ *   | Presence | Missed | Halted | Notice | QueueState | Pong | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited
@@ -145,5 +146,5 @@
  *
  * @typedef {Placed | Accepted | Edited | Removed | Landed | SettingsChange | Claimed | Diagnostics
  *   } ArenaEvent
- * @typedef {ArenaHello | ArenaEvent | Halted | Refusal} ArenaMessage
+ * @typedef {ArenaHello | ArenaEvent | Halted | Notice | Refusal} ArenaMessage
  */

@@ -46,6 +46,7 @@ const COUNTED = new Set(["accepted", "contact", "landed"]); // events with a seq
 const REFUSALS = {
   "rate-limited": "refused.rate", "too-many-messages": "refused.rate", "too-many-balls": "refused.full",
   "room-halted": "play.halted",
+  banned: "play.banned",
 };
 
 /** A room as panels see it; its changes are announced through `news`. */
@@ -252,6 +253,7 @@ export class Room {
     else if (event.type === "session") this.fair.told(event);
     else if (event.type === "ended") this.fair.ended(event);
     else if (event.type === "halted") this.news.tell("halted", event.halted);
+    else if (event.type === "notice") this.news.tell("notice", event);
     else if (event.type === "queue") this.news.tell("queue", event);
     else if (event.type === "presence") this.company.hear(event, this.table?.balls.values());
     else if (event.type === "pong") this.news.tell("pong", performance.now() - event.t);

@@ -215,6 +215,7 @@ export class SandboxRoom {
     else if (event.type === "error") {
       if (event.code !== ROOM_MOVED) this.listener.onError(event.detail);
     } else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
+    else if (event.type === "notice") this.listener.onError(event.leaving ? t("play.leaving") : event.text ?? "");
     else this.#happened(event);
   }
 

@@ -54,26 +54,26 @@ def rooms(ledger: Refusing) -> Rooms:
 async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -> None:
     live = rooms.find("main")
     accepted = await ask(live, 7)
-    await rooms.halts.halt("main")
+    await rooms.orders.halt("main")
     with pytest.raises(HaltedError, match="'main' is halted by the operator"):
         await ask(live, 8)
     await ask(rooms.find("triangle-8"), 8)
     while run_pass(rooms.runner):
         pass
     assert (live.room.drops, sum(live.room.histogram), accepted.ball) == (1, 1, 0)
-    await rooms.halts.release("main")
+    await rooms.orders.release("main")
     await ask(live, 8)
 
 
 async def test_all_tables_halt_at_once_and_a_single_halt_stays(
     rooms: Rooms,
 ) -> None:
-    await rooms.halts.halt("triangle-8")
-    await rooms.halts.halt(EVERY_ROOM)
+    await rooms.orders.halt("triangle-8")
+    await rooms.orders.halt(EVERY_ROOM)
     for name in ("main", "triangle-8", "interacting-triangle-8"):
         with pytest.raises(HaltedError):
             await ask(rooms.find(name), 1)
-    await rooms.halts.release(EVERY_ROOM)
+    await rooms.orders.release(EVERY_ROOM)
     await ask(rooms.find("main"), 1)
     with pytest.raises(HaltedError):
         await ask(rooms.find("triangle-8"), 1)
@@ -82,25 +82,25 @@ async def test_all_tables_halt_at_once_and_a_single_halt_stays(
 async def test_a_halt_that_the_ledger_refuses_has_no_effect(rooms: Rooms, ledger: Refusing) -> None:
     ledger.refuses = True
     with pytest.raises(LedgerError):
-        await rooms.halts.halt("main")
-    assert not rooms.halts.holds("main")
+        await rooms.orders.halt("main")
+    assert not rooms.orders.holds("main")
     ledger.refuses = False
-    await rooms.halts.halt("main")
+    await rooms.orders.halt("main")
     ledger.refuses = True
     with pytest.raises(LedgerError):
-        await rooms.halts.release("main")
-    assert rooms.halts.holds("main")
+        await rooms.orders.release("main")
+    assert rooms.orders.holds("main")
 
 
 async def test_a_cancelled_halt_leaves_no_half_halted_table(rooms: Rooms) -> None:
-    asked = asyncio.create_task(rooms.halts.halt("main"))
+    asked = asyncio.create_task(rooms.orders.halt("main"))
     await asyncio.sleep(0)
     asked.cancel()
     await turns()
-    assert rooms.halts.holds("main")
-    both = (rooms.halts.release("main"), rooms.halts.halt("main"), rooms.halts.release("main"))
+    assert rooms.orders.holds("main")
+    both = (rooms.orders.release("main"), rooms.orders.halt("main"), rooms.orders.release("main"))
     await asyncio.gather(*both)
-    assert not rooms.halts.holds("main")
+    assert not rooms.orders.holds("main")
 
 
 def change(server: Running, **body: Any) -> httpx.Response:

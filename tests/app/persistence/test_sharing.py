@@ -371,13 +371,13 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
 async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:
     async with two(address) as (a, b):
         room = await b.rooms.seek("main")
-        await a.rooms.halts.halt(EVERY_ROOM)
-        await b.rooms.halts.follow()
+        await a.rooms.orders.halt(EVERY_ROOM)
+        await b.rooms.orders.follow()
         with pytest.raises(HaltedError):
             await ask(room, 3)
-        await b.rooms.halts.release(EVERY_ROOM)
-        await a.rooms.halts.follow()
-        assert a.rooms.halts.since == {}
+        await b.rooms.orders.release(EVERY_ROOM)
+        await a.rooms.orders.follow()
+        assert a.rooms.orders.since == {}
         await b.drop(room, 3)
 
 

@@ -24,6 +24,7 @@ KINDS = {
     "claimed": messages.Claimed,
     "presence": messages.Presence,
     "halted": messages.Halted,
+    "notice": messages.Notice,
     "diagnostics": messages.Diagnostics,
     "done": messages.Done,
     "missed": messages.Missed,

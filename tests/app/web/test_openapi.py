@@ -82,6 +82,8 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/halts", "get"),
         ("/api/v1/players/{key}/plays", "get"),
         ("/api/v1/halts", "post"),
+        ("/api/v1/announcement", "post"),
+        ("/api/v1/bans", "post"),
         ("/api/v1/players/{key}", "delete"),
         ("/healthz", "get"),
         ("/readyz", "get"),

@@ -65,6 +65,19 @@ def test_a_halted_table_says_so_and_takes_no_drop(
     expect(screen.rows).to_have_count(2)
 
 
+def test_an_announcement_is_shown_until_it_ends(
+    opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
+    notice = opened("/").ready().page.locator("#notice")
+    expect(notice).to_be_hidden()
+    assert main(["announce", "Maintenance at 18:00", server.url]) == 0
+    expect(notice).to_have_text("Maintenance at 18:00")
+    expect(notice).to_be_visible()
+    assert main(["announce", "", server.url]) == 0
+    expect(notice).to_be_hidden()
+
+
 _BREAKS_AFTER_A_DROP = """
 window.WebSocket = class extends WebSocket {
   send(data) {

@@ -3,8 +3,7 @@
 from fastapi import Request, Response
 
 from plinko.app.web.routes.common import Server, body_of, documented, read, reply
-from plinko.app.web.routes.rooms.halts import Token
-from plinko.app.web.routes.rooms.operator import check_operator
+from plinko.app.web.routes.rooms.operator import Token, check_operator
 from plinko.app.web.routes.table import operations
 from plinko.app.web.schemas.cluster import MoveRequest, MoveView
 from plinko.engine.errors import MissingPartError
@@ -30,4 +29,5 @@ async def move_room(room: str, request: Request, server: Server) -> Response:
         raise MissingPartError("this server is alone: rooms move between servers with a `--name`")
     found = await server.rooms.seek(room)
     peer = await server.others.move(found.id, body.to)
+    await server.rooms.orders.give("move", found.id, body.to)
     return reply(MoveView(found.id, peer.name), headers={"cache-control": "no-store"})

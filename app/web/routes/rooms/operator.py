@@ -1,11 +1,13 @@
 """Checks that a request comes from the operator."""
 
+import hmac
+
 from fastapi import Depends, Request
 from fastapi.security import HTTPBearer
 
 from plinko.app.errors import TokenError
 from plinko.app.web.services import Services
-from plinko.app.web.tokens import check_bearer
+from plinko.app.web.tokens import bearer_of, check_bearer
 
 # This only documents the scheme for OpenAPI; `plinko.app.web.tokens` checks the token.
 Token = Depends(
@@ -28,3 +30,9 @@ def check_operator(request: Request, server: Services, what: str) -> None:
             field="authorization",
         )
     check_bearer(request.headers.get("authorization"), token, "of the operator")
+
+
+def is_operator(request: Request, server: Services) -> bool:
+    token = server.settings.operator_token
+    shown = bearer_of(request.headers.get("authorization"))
+    return bool(token and shown) and hmac.compare_digest(str(shown).encode(), token.encode())

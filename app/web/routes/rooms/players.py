@@ -142,6 +142,7 @@ async def erase_player(key: str, request: Request, server: Server) -> Response:
         await server.ledger.commit(step)
         rows += step.rows
         if not step.rows:
+            await server.rooms.orders.give("erase", text=f"{rows} rows")
             return reply(Erased(rows), headers={"cache-control": "no-store"})
 
 

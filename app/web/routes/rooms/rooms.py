@@ -49,6 +49,7 @@ from plinko.app.web.routes.common import (
     resolve_board,
 )
 from plinko.app.web.routes.queries import Whole
+from plinko.app.web.routes.rooms.operator import is_operator
 from plinko.app.web.routes.rooms.repeats import OWNER, Repeats, session_caller
 from plinko.app.web.routes.rooms.sessions import RoomToken as Token
 from plinko.app.web.routes.rooms.sessions import Token as SessionToken
@@ -238,9 +239,12 @@ async def reset_room(room: str, request: Request, server: Server, repeats: Repea
     dependencies=[Token],
 )
 async def close_room(room: str, request: Request, server: Server) -> Response:
-    """Close a room for good and disconnect everyone in it. Only for its owner."""
-    found = await own_room(room, request, server)
-    await server.rooms.delete(found)
+    """Close a room for good and disconnect everyone in it. For its owner and the operator."""
+    if is_operator(request, server) and (live := await server.rooms.seek(room)).owned:
+        await server.rooms.orders.give("close", live.id)
+        await server.rooms.delete(live, "the operator")
+    else:
+        await server.rooms.delete(await own_room(room, request, server))
     return Response(status_code=204)
 
 

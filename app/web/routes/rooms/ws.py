@@ -14,6 +14,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from plinko.app.errors import (
     AbuseError,
     AppError,
+    BannedError,
     HaltedError,
     InvalidValueError,
     LeaseLostError,
@@ -55,7 +56,7 @@ from plinko.app.web.limits import (
     TokenBucket,
     spend,
 )
-from plinko.app.web.routes.common import Server
+from plinko.app.web.routes.common import Server, address_of
 from plinko.app.web.routes.queries import check_queries
 from plinko.app.web.routes.rooms.joined_sessions import JoinedSessions
 from plinko.app.web.routes.rooms.room_changes import Changes
@@ -201,6 +202,11 @@ class RoomClient:
 
     async def _serve(self, data: str | None) -> None:
         """Carry out one message; if that fails, send the client an error."""
+        try:
+            self.server.rooms.orders.check_banned(address_of(self.socket))
+        except BannedError as banned:
+            self.client.fail(banned)
+            return
         try:
             await self._carry_out(data)
         except LeaseLostError as lost:

@@ -55,6 +55,13 @@ export function showNotices(game, theme) {
   };
   game.on("said", ({ text, score, urgent = false }) => say(text, urgent, score));
   game.on("table", () => { stays = false; });
+  /** @param {string | null} text */
+  const announce = (text) => {
+    byId("notice").hidden = !text;
+    byId("notice").textContent = text;
+  };
+  game.on("table", () => announce(null)); // a hello; an announcement follows it
+  game.on("notice", ({ text, leaving }) => announce(leaving ? t("play.leaving") : text));
   game.on("room", showState);
   onClick("line-key", () => game.room.connection.retryNow());
   onClick("gone-key", () => { // leads from a room that is gone to the main room

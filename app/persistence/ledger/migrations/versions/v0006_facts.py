@@ -47,6 +47,21 @@ def upgrade() -> None:
     )
     pruned = sa.Column("pruned", sa.BigInteger(), nullable=False, server_default="0")
     op.add_column("rooms", pruned)
+    op.create_table(
+        "operator_actions",
+        sa.Column("number", sa.BigInteger().with_variant(sa.Integer(), "sqlite"), nullable=False),
+        sa.Column("action", sa.String(length=16), nullable=False),
+        sa.Column("subject", sa.String(length=64), nullable=False),
+        sa.Column("time", sa.Double(), nullable=False),
+        sa.Column("text", sa.Text(), nullable=True),
+        sa.Column("until", sa.Double(), nullable=True),
+        sa.PrimaryKeyConstraint("number"),
+    )
+    op.execute(
+        "INSERT INTO operator_actions (action, subject, time) "
+        "SELECT 'halt', room, since FROM halts ORDER BY since"
+    )
+    op.drop_table("halts")
     op.add_column("writers", sa.Column("former", sa.String(length=32), nullable=True))
     op.create_table(
         "restores",

@@ -1,4 +1,4 @@
-"""Halts: the operator stops drops in one room or in all, and allows them again."""
+"""The operator's orders: halts of rooms, bans of clients, an announcement, and their log."""
 
 from typing import Annotated
 
@@ -6,7 +6,9 @@ import msgspec
 from fastapi import Request, Response
 from msgspec import Meta
 
+from plinko.app.live.orders import ANNOUNCE, BAN, UNBAN
 from plinko.app.rooms.records import EVERY_ROOM
+from plinko.app.web.edge.addresses import one_client
 from plinko.app.web.routes.common import Server, body_of, documented, read, reply
 from plinko.app.web.routes.rooms.operator import Token, check_operator
 from plinko.app.web.routes.table import operations
@@ -18,6 +20,24 @@ class HaltRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     halted: Annotated[bool, Meta(description="True halts the room, false resumes it.")]
     room: Annotated[str | None, Meta(description="The room's id; null: all rooms.")] = None
+
+
+class Announcement(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What all players read."""
+
+    text: Annotated[
+        Annotated[str, Meta(min_length=1, max_length=500)] | None,
+        Meta(description="Null ends the announcement."),
+    ]
+
+
+class Ban(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A client, and for how long it is banned."""
+
+    client: Annotated[
+        str, Meta(min_length=1, max_length=64, description="An address, or the `who` of drops.")
+    ]
+    minutes: Annotated[int, Meta(ge=0, le=525_600, description="0 ends the ban.")]
 
 
 class HaltedTable(msgspec.Struct, frozen=True):
@@ -62,12 +82,50 @@ async def change_halts(request: Request, server: Server) -> Response:
     check_operator(request, server, "halting a room")
     body = await read(request, HaltRequest)
     room_id = EVERY_ROOM if body.room is None else (await server.rooms.seek(body.room)).id
-    halts = server.rooms.halts
-    await (halts.halt(room_id) if body.halted else halts.release(room_id))
+    orders = server.rooms.orders
+    await (orders.halt(room_id) if body.halted else orders.release(room_id))
     return reply(_view(server), headers={"cache-control": "no-store"})
 
 
+@router.post(
+    "/announcement",
+    summary="Announce something to all players",
+    responses=documented(Announcement, 400, 401, 403, 413, 422, 503),
+    openapi_extra=body_of(Announcement, {"text": "Maintenance at 18:00"}),
+    dependencies=[Token],
+)
+async def announce(request: Request, server: Server) -> Response:
+    """Show a text on the pages of all players, until it is replaced or ended. For the operator."""
+    check_operator(request, server, "announcing")
+    body = await read(request, Announcement)
+    await server.rooms.orders.give(ANNOUNCE, text=body.text)
+    return reply(body, headers={"cache-control": "no-store"})
+
+
+@router.post(
+    "/bans",
+    summary="Ban a client for a time",
+    responses=documented(Ban, 400, 401, 403, 413, 422, 503),
+    openapi_extra=body_of(Ban, {"client": "192.0.2.1", "minutes": 60}),
+    dependencies=[Token],
+)
+async def ban(request: Request, server: Server) -> Response:
+    """Refuse an address all requests, or a `who` all drops, for a time. Only for the operator.
+
+    Everybody behind one address is banned with it, and a `who` is chosen by its player.
+    """
+    check_operator(request, server, "banning a client")
+    body = await read(request, Ban)
+    whom = one_client(body.client)
+    orders = server.rooms.orders
+    if body.minutes:
+        await orders.give(BAN, whom, until=server.rooms.persistence.now() + 60.0 * body.minutes)
+    else:
+        await orders.give(UNBAN, whom)
+    return reply(body, headers={"cache-control": "no-store"})
+
+
 def _view(server: Services) -> HaltView:
-    since = server.rooms.halts.since
+    since = server.rooms.orders.since
     everything = since.pop(EVERY_ROOM, None)
     return HaltView(everything, [HaltedTable(*each) for each in sorted(since.items())])
