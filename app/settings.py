@@ -17,7 +17,17 @@ OTHER_MESSAGES = 40.0
 its player drags a ball; a client that sends many more is not a page."""
 
 _ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # not /api or /ws: the server has those
+_HOST_NAME = re.compile(
+    r"\*|(\*\.)?[\w.-]+|[\da-fA-F]*:[\da-fA-F:.]+"
+)  # a name, or an IPv6 address
+_ORIGIN = re.compile(r"[a-z][a-z\d+.-]*://[^/?#\s]+")
 _SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
+
+_IN_FILES = ("secret", "metrics_token", "operator_token", "database_url", "relays")
+"""Settings that are secrets or contain one: a file may have the value, in place of the environment.
+
+PLINKO_NAME_FILE names the file. Without that variable it is systemd's credential `plinko.name`.
+"""
 
 
 def _setting(
@@ -91,8 +101,8 @@ class Settings:
     )
     metrics_token: str = _setting(
         "",
-        "token that `/metrics` requires, as `Authorization: Bearer TOKEN`; when not given, "
-        "everybody may read it",
+        "token that `/metrics` requires, as `Authorization: Bearer TOKEN`, at least 32 characters; "
+        "when not given, everybody may read it",
         secret=True,
     )
     operator_token: str = _setting(
@@ -156,7 +166,21 @@ class Settings:
                 f"retention={self.retention:g} is less than a day; 0 keeps all drops",
                 field="retention",
             )
-        for name in ("secret", "operator_token"):
+        for host in self.hosts:
+            if not _HOST_NAME.fullmatch(host):
+                raise SettingError(
+                    f"hosts: {host!r} is not a host name: give it without scheme, port and path, "
+                    "such as plinko.example",
+                    field="hosts",
+                )
+        for origin in self.allowed_origins:
+            if not _ORIGIN.fullmatch(origin):
+                raise SettingError(
+                    f"allowed_origins: {origin!r} is not an origin such as https://plinko.example: "
+                    "it has a scheme, and no path",
+                    field="allowed_origins",
+                )
+        for name in ("secret", "metrics_token", "operator_token"):
             if 0 < len(given := getattr(self, name)) < _SECRET:
                 raise SettingError(
                     f"PLINKO_{name.upper()} has {len(given)} characters; it must have at least "
@@ -198,7 +222,7 @@ class Settings:
         environ: Mapping[str, str] | None = None,
         overrides: Mapping[str, object] | None = None,
     ) -> "Settings":
-        """Settings from PLINKO_* variables, then from `overrides` (flags) that are not None.
+        """Settings from PLINKO_* variables, files of secrets, then `overrides` (flags) if not None.
 
         Raises SettingError naming the variable or flag. It ignores unknown PLINKO_* variables, on
         which `not_settings` reports.
@@ -210,12 +234,37 @@ class Settings:
             name = variable.removeprefix(ENV_PREFIX).lower()
             if variable.startswith(ENV_PREFIX) and name in known:
                 values[name] = _parse(known[name], text, variable)
+        for name in _IN_FILES:
+            if (file := _file_of(name, environ)) is not None:
+                if name in values:
+                    variable = ENV_PREFIX + name.upper()
+                    raise SettingError(f"{variable} and {variable}_FILE are both set", field=name)
+                values[name] = _read(name, file)
         for name, value in (overrides or {}).items():
             if name not in known:
                 raise SettingError(f"{name!r} is not a setting", field=name)
             if value is not None:
                 values[name] = value
         return cls(**values)
+
+
+def _file_of(name: str, environ: Mapping[str, str]) -> Path | None:
+    """The file that has the value of a setting; None if there is none."""
+    variable = ENV_PREFIX + name.upper()
+    if f"{variable}_FILE" in environ:
+        return Path(environ[f"{variable}_FILE"])
+    if variable in environ or "CREDENTIALS_DIRECTORY" not in environ:
+        return None
+    credential = Path(environ["CREDENTIALS_DIRECTORY"], f"plinko.{name}")
+    return credential if credential.exists() else None
+
+
+def _read(name: str, file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8").rstrip("\r\n")
+    except (OSError, UnicodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8"
+        raise SettingError(f"{name}: {file} cannot be read: {reason}", field=name) from error
 
 
 def _parse(entry: "Field[Any]", text: str, variable: str) -> object:
@@ -263,6 +312,7 @@ _ORCHESTRATORS = re.compile(
 def not_settings(environ: Mapping[str, str]) -> list[str]:
     """A warning for each PLINKO_ variable that nothing reads, with the setting probably meant."""
     known = [row.variable for row in options()]
+    known += [f"{ENV_PREFIX}{name.upper()}_FILE" for name in _IN_FILES]
     found = []
     for variable in sorted(environ):
         name = variable.removeprefix(ENV_PREFIX)

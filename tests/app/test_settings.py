@@ -51,6 +51,11 @@ def test_a_misspelt_variable_is_named_an_orchestrator_s_is_not() -> None:
         ("PLINKO_ROOT_PATH", "plinko", "root_path='plinko' is not a path such as /plinko"),
         ("PLINKO_ROOT_PATH", "/plinko/", "root_path='/plinko/'"),
         ("PLINKO_ROOT_PATH", "/api", "root_path='/api'"),
+        ("PLINKO_HOSTS", "https://a.example", "hosts: 'https://a.example' is not a host name"),
+        ("PLINKO_HOSTS", "a.example,b.example:8000", "hosts: 'b.example:8000' is not"),
+        ("PLINKO_ALLOWED_ORIGINS", "a.example", "'a.example' is not an origin such as https://"),
+        ("PLINKO_ALLOWED_ORIGINS", "https://a.example/", "'https://a.example/' is not an origin"),
+        ("PLINKO_METRICS_TOKEN", "short", "PLINKO_METRICS_TOKEN has 5 characters"),
         ("PLINKO_LOG_FORMAT", "xml", "log_format='xml' is not one of: text, json"),
     ],
 )
@@ -70,6 +75,28 @@ def test_a_secret_has_no_flag_and_is_never_shown() -> None:
     ) as raised:
         Settings.load({"PLINKO_SECRET": "quiet"})
     assert "quiet" not in str(raised.value)
+
+
+@pytest.mark.parametrize("host", ["a.example", "*.a.example", "*", "10.0.0.1", "fd00::1", "a_b"])
+def test_a_host_is_a_name_a_pattern_or_an_address(host: str) -> None:
+    assert Settings.load({"PLINKO_HOSTS": host}).hosts == (host,)
+
+
+@pytest.mark.parametrize("name", ["secret", "metrics_token", "operator_token", "database_url"])
+def test_a_secret_may_be_in_a_file_or_a_credential(name: str, tmp_path: Path) -> None:
+    value = "sqlite:///of-32-characters-and-more.db"
+    file, variable = tmp_path / f"plinko.{name}", f"PLINKO_{name.upper()}"
+    file.write_text(f"{value}\n")
+    assert getattr(Settings.load({f"{variable}_FILE": str(file)}), name) == value
+    credentials = {"CREDENTIALS_DIRECTORY": str(tmp_path)}
+    assert getattr(Settings.load(credentials), name) == value
+    other = "sqlite:///another-of-32-characters.db"
+    assert getattr(Settings.load({**credentials, variable: other}), name) == other
+    with pytest.raises(SettingError, match=f"{variable} and {variable}_FILE are both set"):
+        Settings.load({variable: other, f"{variable}_FILE": str(file)})
+    with pytest.raises(SettingError, match=f"{name}: .*missing cannot be read: No such file"):
+        Settings.load({f"{variable}_FILE": str(tmp_path / "missing")})
+    assert not_settings({f"{variable}_FILE": "x"}) == []
 
 
 def test_the_ledger_is_where_a_server_on_this_port_left_it() -> None:
