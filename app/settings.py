@@ -17,9 +17,7 @@ OTHER_MESSAGES = 40.0
 its player drags a ball; a client that sends many more is not a page."""
 
 _ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # not /api or /ws: the server has those
-_HOST_NAME = re.compile(
-    r"\*|(\*\.)?[\w.-]+|[\da-fA-F]*:[\da-fA-F:.]+"
-)  # a name, or an IPv6 address
+_HOST_NAME = re.compile(r"\*|(\*\.)?[\w.-]+|([\da-f.]*:){2,}[\da-f.]*", re.I)  # also IPv6
 _ORIGIN = re.compile(r"[a-z][a-z\d+.-]*://[^/?#\s]+")
 _SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
 

@@ -52,7 +52,7 @@ def test_a_misspelt_variable_is_named_an_orchestrator_s_is_not() -> None:
         ("PLINKO_ROOT_PATH", "/plinko/", "root_path='/plinko/'"),
         ("PLINKO_ROOT_PATH", "/api", "root_path='/api'"),
         ("PLINKO_HOSTS", "https://a.example", "hosts: 'https://a.example' is not a host name"),
-        ("PLINKO_HOSTS", "a.example,b.example:8000", "hosts: 'b.example:8000' is not"),
+        ("PLINKO_HOSTS", "a.example,b:8000", "hosts: 'b:8000' is not"),
         ("PLINKO_ALLOWED_ORIGINS", "a.example", "'a.example' is not an origin such as https://"),
         ("PLINKO_ALLOWED_ORIGINS", "https://a.example/", "'https://a.example/' is not an origin"),
         ("PLINKO_METRICS_TOKEN", "short", "PLINKO_METRICS_TOKEN has 5 characters"),

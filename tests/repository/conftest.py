@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PIP: list[str | Path] = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
 OFFLINE = ["--no-deps", "--no-index"]
 
 
@@ -46,8 +46,8 @@ def _install(folder: Path, source: Path, *options: str) -> Installed:
     (site,) = folder.glob("lib/python*/site-packages")
     there = [path for path in sys.path if path.endswith("site-packages")]
     (site / "_dependencies.pth").write_text("\n".join(there) + "\n")
-    target = ["--python", folder / "bin" / "python", "install", *OFFLINE, *options]
-    subprocess.run([*PIP, *target, source], check=True)
+    target = ["--python", str(folder / "bin" / "python"), "install", *OFFLINE, *options]
+    subprocess.run([*PIP, *target, str(source)], check=True)
     return Installed(source, folder)
 
 
@@ -55,11 +55,12 @@ def _install(folder: Path, source: Path, *options: str) -> Installed:
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """The wheel that is built from the source distribution."""
     folder = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "hatchling", "build", "--target", "sdist", "--directory", folder]
+    target = ["--target", "sdist", "--directory", str(folder)]
+    build = [sys.executable, "-m", "hatchling", "build", *target]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
     (source,) = folder.glob("*.tar.gz")
-    options = [*OFFLINE, "--no-build-isolation", "--wheel-dir", folder]
-    subprocess.run([*PIP, "wheel", *options, source], check=True)
+    options = [*OFFLINE, "--no-build-isolation", "--wheel-dir", str(folder)]
+    subprocess.run([*PIP, "wheel", *options, str(source)], check=True)
     (wheel,) = folder.glob("*.whl")
     return _install(folder / "fresh", wheel)
 

@@ -117,9 +117,9 @@ def test_a_type_checker_finds_every_name_and_no_misspelt_one(
     ]
     lines += ["reveal_type(d.bin)", "plinko.dropp"]
     (project / "study.py").write_text("\n".join(lines) + "\n")
-    there = ["--python-executable", environment.folder / "bin" / "python"]
+    there = ["--python-executable", str(environment.folder / "bin" / "python")]
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", *there, "--cache-dir", project, "study.py"],
+        [sys.executable, "-m", "mypy", "--strict", *there, "--cache-dir", str(project), "study.py"],
         cwd=project,
         capture_output=True,
         text=True,

@@ -33,7 +33,7 @@ def test_the_wheel_has_engine_server_and_page_and_nothing_else(
     } <= names
     assert (told["Name"], told["Version"]) == ("plinko-sim", engine.__version__)
     assert told["License-Expression"] == "MIT"
-    assert set(told.get_all("Provides-Extra")) == {
+    assert set(told.get_all("Provides-Extra", [])) == {
         *("server", "postgres", "certify", "redis", "batches", "table", "video"),
     }
 
