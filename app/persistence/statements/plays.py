@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import msgspec
-from sqlalchemy import Connection, and_, or_, select
+from sqlalchemy import Connection, Select, and_, or_, select, text
 
 from plinko.app.persistence.statements import tables
 
@@ -50,9 +50,36 @@ def plays(
     `of` is the mark or the run's number. `before` is a place: only drops before it are listed. The
     order is that of the runs' numbers, and within a run that of its drops.
     """
+    drop = tables.drops.c
+    chosen = (
+        _plays()
+        .where(tables.players.c.who == of if isinstance(of, str) else drop.room == of)
+        .order_by(drop.room.desc(), drop.ball.desc())
+        .limit(limit)
+    )
+    if before is not None:
+        number, ball = before
+        chosen = chosen.where(or_(drop.room < number, and_(drop.room == number, drop.ball < ball)))
+    return [_play(row) for row in connection.execute(chosen)]
+
+
+def best_plays(connection: Connection, *, run: int, since: int, limit: int) -> list[Play]:
+    """At most `limit` staked drops of a room run that paid most, the best first.
+
+    Only those that landed after the tick `since`, with a multiplier of at least 10.
+    """
+    result = tables.results.c
+    great = and_(text(f"results.{tables.GREAT}"), result.room == run, result.tick > since)
+    paid = result.payout > 0
+    chosen = _plays().where(great, paid).order_by(result.payout.desc(), result.ball).limit(limit)
+    return [_play(row) for row in connection.execute(chosen)]
+
+
+def _plays() -> Select[Any]:
+    """What a Play has, of all drops."""
     drop, room, board = tables.drops.c, tables.rooms.c, tables.boards.c
     result, receipt = tables.results.c, tables.receipts.c
-    chosen = (
+    return (
         select(
             drop.room.label("place_room"), drop.ball, room.id, board.name, room.board,
             room.physics_version, drop.seed, drop.x, drop.aim, drop.stake, drop.practice,
@@ -71,14 +98,7 @@ def plays(
                 tables.receipts, and_(receipt.room == drop.room, receipt.ball == drop.ball)
             )
         )
-        .where(tables.players.c.who == of if isinstance(of, str) else drop.room == of)
-        .order_by(drop.room.desc(), drop.ball.desc())
-        .limit(limit)
     )  # fmt: skip
-    if before is not None:
-        number, ball = before
-        chosen = chosen.where(or_(drop.room < number, and_(drop.room == number, drop.ball < ball)))
-    return [_play(row) for row in connection.execute(chosen)]
 
 
 def _play(row: Any) -> Play:

@@ -70,6 +70,7 @@ def test_it_lists_the_interface(document: dict[str, Any]) -> None:
         ("/api/v1/rooms/{room}/queue/clear", "post"),
         ("/api/v1/rooms/{room}/drops", "post"),
         ("/api/v1/rooms/{room}/frame.{format}", "get"),
+        ("/api/v1/rooms/{room}/best", "get"),
         ("/api/v1/rooms/{room}/plays", "get"),
         ("/api/v1/rooms/{room}/qr.svg", "get"),
         ("/api/v1/rooms/{room}/stream.mjpg", "get"),

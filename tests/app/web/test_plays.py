@@ -68,6 +68,27 @@ def test_the_last_play_comes_first_with_total_stake_and_payout(
     )
 
 
+def test_the_best_plays_of_a_day_paid_most(http: httpx.Client) -> None:
+    bins = {**TINY["bins"], "multipliers": [12.0] * len(TINY["bins"]["multipliers"])}
+    room = http.post("/api/v1/rooms", json={"board": {**BOARD, "bins": bins}}).json()["id"]
+    best = f"/api/v1/rooms/{room}/best"
+    assert http.get(best).json() == {"plays": [], "next": None}
+    session, shown = begun(http, room)
+    for stake in (100, 300, 200):
+        body = {"stake": stake, "session": session["session"]}
+        address = f"/api/v1/rooms/{room}/drops"
+        answer = http.post(address, params={"wait": 1}, json=body, headers=shown)
+        assert answer.json().get("landed"), answer.text
+    played(http, room, seed="1")  # practice
+    found = http.get(best).json()["plays"]
+    paid = [(play["stake"], play["payout"]) for play in found]
+    assert paid == [(300, 3600), (200, 2400), (100, 1200)]
+    other = http.post("/api/v1/rooms", json={"board": BOARD}).json()["id"]
+    played(http, other, seed="1")
+    assert http.get(f"/api/v1/rooms/{other}/best").json()["plays"] == [], "multipliers below 10"
+    assert http.get("/api/v1/rooms/nowhere/best").status_code == 404
+
+
 def test_a_play_s_path_is_its_own_to_the_last_bit(
     http: httpx.Client, rooms: tuple[str, str]
 ) -> None:

@@ -1,7 +1,9 @@
 """What the table shows besides the fall: profit, last drops, odds, others' wins."""
 
+import re
+
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, ViewportSize, expect
 
 from plinko.engine import Board
 from tests.browser.conftest import Open, Quick, quick_table
@@ -133,3 +135,20 @@ def test_a_great_win_is_saved_as_a_video_in_one_tap(opened: Open, server: Server
     assert saved.value.suggested_filename == f"plinko-{seed}.mp4"
     assert saved.value.path().read_bytes()[4:8] == b"ftyp"
     expect(screen.page.locator("#card")).to_be_hidden()
+
+
+def test_the_best_drop_of_the_day_is_shown_with_its_replay(
+    opened: Open, server: ServerProcess
+) -> None:
+    quick = quick_table(server, "triangle-8", pays=12.0)
+    wide: ViewportSize = {"width": 1280, "height": 800}
+    player = opened(quick.page, viewport=wide).ready()
+    expect(player.page.locator("#best-key")).to_be_hidden()
+    player.drop.click()
+    expect(player.page.locator("#best-key")).to_have_text("Best today: 12x, 12.00")
+    other = opened(quick.page, viewport=wide).ready()
+    other.page.mouse.move(400, 300)
+    expect(other.page.locator("#best-key")).to_have_text("Best today: 12x, 12.00")
+    seed = player.last_dropped()["seed"]
+    link = other.page.locator("#best-row a")
+    expect(link).to_have_attribute("href", re.compile(f"seed={seed}"))

@@ -85,6 +85,8 @@ class Erased(msgspec.Struct, frozen=True):
 router = operations("rooms")
 
 CSV = "text/csv"
+DAY: Final = 24 * 3600  # s
+BEST: Final = 5  # plays in the list of a day's best
 
 Limit = Annotated[Whole, Query(ge=1, le=100, description="At most this many drops.")]
 RoomLimit = Annotated[Whole, Query(ge=1, le=1000, description="At most this many drops.")]
@@ -163,6 +165,29 @@ async def list_room_plays(
     limit_drops(request, server)
     run = server.rooms.persistence.runs.of(found.room).number
     return await _page(request, server, run, before, limit, format)
+
+
+@router.get(
+    "/rooms/{room}/best",
+    summary="Recall a room's best plays of a day",
+    responses=documented(PlayList, 404, 422, 429, 503),
+)
+async def list_best_plays(room: str, request: Request, server: Server) -> Response:
+    """The staked drops that paid most in the last 24 hours, at most five, the best first.
+
+    Only those with a multiplier of at least 10, since the room was opened or reset.
+    """
+    found = await server.rooms.seek(room)
+    limit_drops(request, server)
+    runs = server.rooms.persistence.runs
+    run = runs.of(found.room)
+    runs.report([])  # write the latest landings first
+    since = run.clock.tick - DAY * found.room.tick_rate
+    read = ledger.best_plays
+    best = await server.ledger.read(read, run=run.number, since=since, limit=BEST)
+    boards = await _boards_of(request, server, {play.board_digest for play in best})
+    views = [_view(play, boards[play.board_digest]) for play in best]
+    return reply(PlayList(views, None), headers={"cache-control": "no-store"})
 
 
 async def _page(

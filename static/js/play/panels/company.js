@@ -16,6 +16,7 @@ import { nameOf } from "../account/self.js";
 /** @import { Landing, Owner } from "../../model/table/company.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
+/** @import { showBest } from "./best.js" */
 
 const FED = 5; // landings of others next to the board
 const SHOWN_MS = 250; // between two updates while many balls land
@@ -39,6 +40,15 @@ export function showCompany(game, theme) {
   };
   game.onCalm("company", SHOWN_MS, show);
   theme.onChange(show);
+  let best = false;
+  const first = async () => {
+    if (best) return;
+    best = true;
+    /** @type {{showBest: typeof showBest}} */
+    const panel = await import(new URL("best.js", import.meta.url).href);
+    panel.showBest(game, theme);
+  };
+  for (const gesture of ["pointerover", "keydown"]) document.addEventListener(gesture, first, { once: true });
   offerAppearance(game);
   onClick("invite", async () => {
     const link = new URL(`./?room=${encodeURIComponent(game.room.id)}`, document.baseURI).href;

@@ -45,6 +45,10 @@ def upgrade() -> None:
         "INSERT INTO tallies (room, bin, results) "
         "SELECT room, COALESCE(bin, -1), COUNT(*) FROM results GROUP BY room, COALESCE(bin, -1)"
     )
+    great = sa.text("score >= 10")
+    op.create_index(
+        "results_great", "results", ["room", "tick"], sqlite_where=great, postgresql_where=great
+    )
     pruned = sa.Column("pruned", sa.BigInteger(), nullable=False, server_default="0")
     op.add_column("rooms", pruned)
     op.create_table(

@@ -1,0 +1,71 @@
+// The best drop of the last 24 hours at this table: the ledger's, or one that was seen since. Loaded at the first touch or
+// key.
+
+import { MINOR_UNITS } from "../../model/player/account.js";
+import { swatchOf } from "../../model/table/company.js";
+import { ApiError, getJson } from "../../net/api.js";
+import { replayLink } from "../../net/drop-address.js";
+import { prizeOf } from "../../paint/prizes.js";
+import { t } from "../../texts/text.js";
+import { byId, make } from "../../util/dom.js";
+import { amount } from "../../util/format.js";
+import { called, paidMark, swatch } from "./company.js";
+
+/** @import { Owner } from "../../model/table/company.js" */
+/** @import { Plays } from "../../net/replies.js" */
+/** @import { Theme } from "../../paint/theme.js" */
+/** @import { Game } from "../game.js" */
+
+const GREAT = 10; // the least multiplier, as in the ledger
+
+/** @typedef {{owner: Owner | null, bin: number | null, score: number, paid: number, href: string}} Best paid: minor units */
+
+/** @param {Game} game @param {Theme} theme */
+export function showBest(game, theme) {
+  /** @type {Best | null} */
+  let best = null;
+
+  const show = () => {
+    byId("best").hidden = byId("best-key").hidden = best === null;
+    const { hello } = game.room;
+    if (!best || !hello) return;
+    const { owner, bin, score, paid, href } = best;
+    const pays = prizeOf(hello.board, bin, score);
+    const [who, sum] = [called(owner), amount(paid / MINOR_UNITS)];
+    const replay = make("a", { class: "again", href, "aria-label": t("company.replay", { who, pays }) }, t("play.replay"));
+    const colour = owner ? swatchOf(owner) : theme.palette.other;
+    byId("best-row").replaceChildren(swatch(colour), make("bdi", {}, who), paidMark(theme, hello.board, bin, score),
+      make("span", { class: "sum" }, sum), replay);
+    const key = byId("best-key", HTMLAnchorElement);
+    key.href = href;
+    key.textContent = t("company.best-key", { pays, sum });
+  };
+  /** @param {Best} found */
+  const take = (found) => {
+    if (found.score < GREAT || found.paid <= (best?.paid ?? 0)) return;
+    best = found;
+    show();
+  };
+  const read = async () => {
+    const { id } = game.room;
+    best = null;
+    show();
+    try {
+      const { plays } = /** @type {Plays} */ (await getJson(`rooms/${encodeURIComponent(id)}/best`));
+      if (id !== game.room.id) return;
+      for (const { name, colour, bin, score, payout, board_digest: board, seed, x, aim } of plays) {
+        const owner = name || colour ? { name: name ?? undefined, colour: colour ?? undefined } : null;
+        take({ owner, bin, score, paid: payout, href: replayLink({ board, seed, x, aim }) });
+      }
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error; // without a server there is no best drop
+    }
+  };
+  game.on("table", read);
+  game.on("landed", ({ owner, bin, score, paid, ball: { seed, x, explicit, aim } }) => {
+    const href = replayLink({ board: game.room.own.address, seed, x: explicit ? x : null, aim });
+    take({ owner, bin, score, paid: paid ?? 0, href });
+  });
+  theme.onChange(show);
+  void read();
+}
