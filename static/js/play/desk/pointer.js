@@ -31,11 +31,17 @@ export function followPointer(game, view, onPick) {
   };
   moving.addEventListener("pointermove", (event) => show(event.pointerType === "mouse" ? aim(event) : null));
   moving.addEventListener("pointerleave", () => show(null));
-  moving.addEventListener("pointerover", async (event) => {
+  let asked = false;
+  /** Loads the odds for the first pointer over a bin. @param {PointerEvent} event */
+  const overBins = async (event) => {
+    const place = view.aimOf(event);
+    if (asked || !place || !view.board || place.y < view.board.bins.y) return;
+    asked = true;
     /** @type {{showBinOdds: typeof showBinOdds}} */
     const odds = await import(new URL("../panels/bin-odds.js", import.meta.url).href);
     odds.showBinOdds(game, view, event);
-  }, { once: true });
+  };
+  for (const kind of /** @type {const} */ (["pointermove", "pointerdown"])) moving.addEventListener(kind, overBins);
   moving.addEventListener("click", (event) => {
     const place = view.aimOf(event);
     if (place?.above) game.drop(aim(event) ?? undefined);

@@ -1,26 +1,23 @@
-// The other players at the table, what they have won, the player's own name and colour, and an invitation link.
+// The other players at the table, what they have won, and an invitation link. More of the panel is in company-parts.js.
 
 import { labelOf } from "../../model/board.js";
 import { swatchOf } from "../../model/table/company.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
-import { COLOURS } from "../../model/player/colour.js";
 import { replayLink } from "../../net/drop-address.js";
 import { coloursOf, prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
 import { copyFrom } from "../../util/copy.js";
-import { byId, check, make, onClick, onSubmit, radioValue } from "../../util/dom.js";
+import { byId, make, onClick } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
-import { nameOf } from "../account/self.js";
 
 /** @import { Board } from "../../model/board.js" */
 /** @import { Landing, Owner } from "../../model/table/company.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
-/** @import { showBest } from "./best.js" */
+/** @import { offerAppearance, showBest } from "./company-parts.js" */
 
 const FED = 5; // landings of others next to the board
 const SHOWN_MS = 250; // between two updates while many balls land
-const TOLD_MS = 2100; // between two changes of the name: the server refuses faster ones
 
 /** @param {Game} game @param {Theme} theme */
 export function showCompany(game, theme) {
@@ -40,16 +37,18 @@ export function showCompany(game, theme) {
   };
   game.onCalm("company", SHOWN_MS, show);
   theme.onChange(show);
-  let best = false;
+  let asked = false;
   const first = async () => {
-    if (best) return;
-    best = true;
-    /** @type {{showBest: typeof showBest}} */
-    const panel = await import(new URL("best.js", import.meta.url).href);
-    panel.showBest(game, theme);
+    if (asked) return;
+    asked = true;
+    /** @type {{offerAppearance: typeof offerAppearance, showBest: typeof showBest}} */
+    const parts = await import(new URL("company-parts.js", import.meta.url).href);
+    parts.offerAppearance(game);
+    parts.showBest(game, theme);
   };
-  for (const gesture of ["pointerover", "keydown"]) document.addEventListener(gesture, first, { once: true });
-  offerAppearance(game);
+  for (const gesture of ["pointermove", "pointerdown", "keydown"]) {
+    document.addEventListener(gesture, first, { once: true });
+  }
   onClick("invite", async () => {
     const link = new URL(`./?room=${encodeURIComponent(game.room.id)}`, document.baseURI).href;
     const copied = await copyFrom(byId("invite-link", HTMLInputElement), link);
@@ -78,37 +77,6 @@ function rowOf(landing, game, theme) {
   const name = t("company.replay", { who, pays: prizeOf(hello?.board ?? null, bin, score) });
   row.append(make("a", { class: "again", href, "aria-label": name }, t("play.replay")));
   return row;
-}
-
-/** The form for the player's own name and colour. @param {Game} game */
-function offerAppearance(game) {
-  const name = byId("self-name", HTMLInputElement);
-  const { colour: chosen = "", name: kept = "" } = game.self.appearance;
-  const shown = ["", ...COLOURS, ...(chosen && !COLOURS.includes(chosen) ? [chosen] : [])];
-  byId("self-colours").append(...shown.map((value, i) => {
-    const words = value ? t("company.colour", { n: i }) : t("company.no-colour");
-    const radio = make("input", { type: "radio", name: "self-colour", value, "aria-label": words });
-    const dot = value ? swatch(value) : make("i", { class: "swatch swatch-none" });
-    return make("label", { class: "swatch-choice" }, radio, dot);
-  }));
-  check("self-colour", chosen);
-  name.value = kept;
-  let timer = 0;
-  let toldMs = Number.NEGATIVE_INFINITY;
-  onSubmit("self-form");
-  byId("self-form").addEventListener("change", () => {
-    const text = nameOf(name.value);
-    name.setAttribute("aria-invalid", String(text === null));
-    byId("self-note").textContent = t(text === null ? "company.bad-name" : "company.note");
-    if (text === null) return;
-    game.self.change({ name: text, colour: radioValue("self-colour") });
-    name.value = text;
-    window.clearTimeout(timer);
-    timer = window.setTimeout(() => {
-      toldMs = performance.now();
-      game.room.appear();
-    }, Math.max(0, toldMs + TOLD_MS - performance.now()));
-  });
 }
 
 /** @param {string} colour #rrggbb */

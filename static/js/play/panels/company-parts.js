@@ -1,14 +1,16 @@
-// The best drop of the last 24 hours at this table: the ledger's, or one that was seen since. Loaded at the first touch or
-// key.
+// What the panel of the table's visitors has after the first touch or key: the form for the player's own name and colour,
+// and the best drop of the last 24 hours, which is the ledger's or one that was seen since.
 
 import { MINOR_UNITS } from "../../model/player/account.js";
+import { COLOURS } from "../../model/player/colour.js";
 import { swatchOf } from "../../model/table/company.js";
 import { ApiError, getJson } from "../../net/api.js";
 import { replayLink } from "../../net/drop-address.js";
 import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
-import { byId, make } from "../../util/dom.js";
+import { byId, check, make, onSubmit, radioValue } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
+import { nameOf } from "../account/self.js";
 import { called, paidMark, swatch } from "./company.js";
 
 /** @import { Owner } from "../../model/table/company.js" */
@@ -16,6 +18,7 @@ import { called, paidMark, swatch } from "./company.js";
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
 
+const TOLD_MS = 2100; // between two changes of the name: the server refuses faster ones
 const GREAT = 10; // the least multiplier, as in the ledger
 
 /** @typedef {{owner: Owner | null, bin: number | null, score: number, paid: number, href: string}} Best paid: minor units */
@@ -68,4 +71,35 @@ export function showBest(game, theme) {
   });
   theme.onChange(show);
   void read();
+}
+
+/** The form for the player's own name and colour. @param {Game} game */
+export function offerAppearance(game) {
+  const name = byId("self-name", HTMLInputElement);
+  const { colour: chosen = "", name: kept = "" } = game.self.appearance;
+  const shown = ["", ...COLOURS, ...(chosen && !COLOURS.includes(chosen) ? [chosen] : [])];
+  byId("self-colours").append(...shown.map((value, i) => {
+    const words = value ? t("company.colour", { n: i }) : t("company.no-colour");
+    const radio = make("input", { type: "radio", name: "self-colour", value, "aria-label": words });
+    const dot = value ? swatch(value) : make("i", { class: "swatch swatch-none" });
+    return make("label", { class: "swatch-choice" }, radio, dot);
+  }));
+  check("self-colour", chosen);
+  name.value = kept;
+  let timer = 0;
+  let toldMs = Number.NEGATIVE_INFINITY;
+  onSubmit("self-form");
+  byId("self-form").addEventListener("change", () => {
+    const text = nameOf(name.value);
+    name.setAttribute("aria-invalid", String(text === null));
+    byId("self-note").textContent = t(text === null ? "company.bad-name" : "company.note");
+    if (text === null) return;
+    game.self.change({ name: text, colour: radioValue("self-colour") });
+    name.value = text;
+    window.clearTimeout(timer);
+    timer = window.setTimeout(() => {
+      toldMs = performance.now();
+      game.room.appear();
+    }, Math.max(0, toldMs + TOLD_MS - performance.now()));
+  });
 }
