@@ -22,13 +22,12 @@ const SHOWER_RATE = 12; // balls a second of a press: the eye can tell them apar
  *   cannot; stake: of that ball, credits
  */
 
-/** Balls dropped together, and the sums of their results: those of stakes and those of practice apart. */
+/** Balls dropped together, all with a stake or all for practice, and the sums of their results. */
 export class DropSeries {
   staked = 0;
   paid = 0;
-  #down = 0; // balls with a stake that have landed
-  #practised = 0;
-  #scores = 0; // sum, of practice balls
+  #down = 0; // balls that have landed
+  #scores = 0; // sum of their multipliers
   /** How many times the first stake the next ball takes. */
   factor = 1;
   #asked = 0;
@@ -137,15 +136,12 @@ export class DropSeries {
 
   /** @param {Played} played @returns {boolean} whether the ball belongs to this series */
   land(played) {
-    const { ref = "", stake, paid, score, practice = false } = played;
+    const { ref = "", stake, paid, score } = played;
     if (!this.#open.delete(ref)) return false;
     this.#last = played;
-    if (practice) {
-      this.#practised += 1;
-      this.#scores += score;
-      return true;
-    }
     this.#down += 1;
+    this.#scores += score;
+    if (this.practice) return true;
     this.staked += stake;
     this.paid += paid;
     if (this.limits && paid > stake) this.#step(this.limits.onWin);
@@ -171,26 +167,19 @@ export class DropSeries {
     if (this.limits) return { text: this.#ending() };
     const last = this.#last;
     if (!last) return null;
-    if (this.#down + this.#practised === 1) return { text: sentence(last), score: last.bin === null ? undefined : last.score };
-    const parts = [];
-    if (this.#down > 0) parts.push(t("play.round", { n: this.#down, ...sumsOf(this) }));
-    if (this.#practised > 0) parts.push(t("play.round-practice", { n: this.#practised, mean: amount(this.#mean) }));
-    const score = this.#down === 0 ? this.#mean : this.#practised === 0 ? this.paid / this.staked : undefined;
-    return { text: parts.join(" · "), score };
-  }
-
-  /** The mean multiplier of practice balls. */
-  get #mean() {
-    return this.#scores / this.#practised;
+    const n = this.#down;
+    if (n === 1) return { text: sentence(last), score: last.bin === null ? undefined : last.score };
+    const mean = this.#scores / n;
+    if (this.practice) return { text: t("play.round-practice", { n, mean: amount(mean) }), score: mean };
+    return { text: t("play.round", { n, ...sumsOf(this) }), score: this.paid / this.staked };
   }
 
   /** @returns {string} how the auto-drop ended */
   #ending() {
     const stop = this.stopped ?? "finished";
     const why = stop === "finished" && this.#refused > 0 ? "cut" : stop;
-    const [n, all] = [this.#down + this.#practised, this.#asked];
-    const profit = this.#down === 0 && this.#practised > 0 ? t("practice.word") : signed(this.profit);
-    return t(ENDS[why], { n, all, profit });
+    const profit = this.practice ? t("practice.word") : signed(this.profit);
+    return t(ENDS[why], { n: this.#down, all: this.#asked, profit });
   }
 }
 

@@ -101,6 +101,14 @@ export function inputOf(form, name) {
   return field;
 }
 
+const LONG = 46; // characters of a message that is written smaller, so that it is whole on any screen
+
+/** @param {HTMLElement} line @param {string} text */
+export function putMessage(line, text) {
+  line.textContent = text;
+  line.classList.toggle("long", text.length > LONG);
+}
+
 /** @param {HTMLElement} note @param {"" | "good" | "bad"} tone @param {string} text */
 export function say(note, tone, text) {
   note.dataset.tone = tone;

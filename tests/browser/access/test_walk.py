@@ -1,6 +1,8 @@
 """At every size each control of the desk is visible, uncovered, hittable and has all its text."""
 
+import json
 import re
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
@@ -9,6 +11,7 @@ from tests.browser.conftest import Open
 from tests.browser.screen import Screen
 from tests.long import tries
 
+TEXTS = Path(__file__).parents[3] / "static/js/texts"
 SIZES = [
     *((1280, 800), (1366, 768), (1920, 1080), (2560, 1440), (1024, 768)),
     *((768, 1024), (810, 1080), (834, 1112), (820, 1180), (700, 900), (600, 1000)),
@@ -87,23 +90,58 @@ def test_every_control_is_visible_uncovered_large_and_whole(
     assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize(
-    ("language", "words"),
-    [
-        ("de", "20 Kugeln: 2.000 gesetzt, 1.804,40 gewonnen (−195,60)"),
-        ("es", "20 bolas: 2000 apostados, 1804,40 ganados (−195,60)"),
-    ],
+# Messages of the bar, with long values in their placeholders.
+MESSAGES = re.compile(
+    r"auto\.(win|loss|finished|cut|player|refused|credits)$|refused\.|practice\.seed$|play\.(first|full$|refilled"
+    r"|damaged|too-few|table-fails|no-line|line-broke|back|foreign|other-path|halted|resumed|unknown|stakes-back"
+    r"|adopted|round|rests|pays|found|pile-fails|link-copied)"
 )
-def test_what_many_balls_came_to_is_whole(opened: Open, language: str, words: str) -> None:
+FAULTS = ["fault.count", "fault.limit", "fault.factor", "play.stake-range"]
+VALUES = {
+    **{"n": "1,000", "all": "1,000", "profit": "−195.60", "staked": "2,000.00", "paid": "1,804.40"},
+    **{"pays": "110x", "board": "triangle-16", "mean": "12.34", "added": "999.50", "least": "0.01"},
+    **{"balance": "1,000.00", "most": "1,000,000", "typed": "−12,345,678x", "stake": "1,000.00"},
+}
+
+# Of texts by their elements, those that are not whole.
+_CUT = """
+async (texts) => {
+  const { putMessage } = await import("/js/util/dom.js");
+  document.getElementById("hand-on").hidden = false;
+  const cut = [];
+  for (const [id, words] of texts) {
+    const line = document.getElementById(id);
+    line.hidden = false;
+    putMessage(line, words);
+    if (line.scrollHeight > line.clientHeight + 1) cut.push(words);
+    document.getElementById("fault").hidden = true;
+  }
+  return cut;
+}
+"""
+
+
+def said_in(language: str) -> list[tuple[str, str]]:
+    """The longest form of each message in a language, with the element that shows it."""
+    texts = json.loads((TEXTS / f"{language}.json").read_text("utf-8"))
+    forms = {key: text if isinstance(text, str) else text["other"] for key, text in texts.items()}
+    said = [("result", text) for key, text in forms.items() if MESSAGES.match(key)]
+    said += [("fault", f"{forms['fault.typed']} {forms[key]}") for key in FAULTS]
+    said.append(("fault", forms["fault.loss"]))
+    return [(id_, text.format_map(VALUES)) for id_, text in said]
+
+
+@pytest.mark.parametrize("language", ["en", "de", "es"])
+def test_every_message_of_the_bar_is_whole(opened: Open, language: str) -> None:
     screen = opened("/?room=triangle-8", locale=language).ready()
+    texts = said_in(language)
+    assert len(texts) > 35
     cut = []
     for width, height in SIZES:
         screen.page.set_viewport_size({"width": width, "height": height})
         screen.frames(2)
-        screen.result.evaluate("(line, words) => { line.textContent = words }", words)
-        if screen.result.evaluate("line => line.scrollHeight > line.clientHeight"):
-            cut.append((width, height))
-    assert not cut
+        cut += [f"{width}x{height}: {text}" for text in screen.page.evaluate(_CUT, texts)]
+    assert not cut, "\n".join(cut)
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)

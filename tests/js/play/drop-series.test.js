@@ -13,8 +13,8 @@ const FULL = () => false;
 const FREE = () => true;
 
 /** A series whose table accepts every ball, with a stake of 1. */
-function running(limits = null) {
-  const series = new DropSeries({ limits: limits && { ...NO_LIMITS, ...limits } });
+function running(limits = null, practice = false) {
+  const series = new DropSeries({ practice, limits: limits && { ...NO_LIMITS, ...limits } });
   const stakes = [];
   const dropper = {
     stake: () => series.factor,
@@ -88,13 +88,11 @@ test("no auto-drop loses more than its limit, and none that stops for its profit
   }
 });
 
-test("a profit ends it once the balls in flight have landed; practice does not count", () => {
+test("a profit ends it once the balls in flight have landed", () => {
   const { series, dropper, land, pass } = running({ win: 3 });
   series.add(NEVER, dropper, 0, 1000);
   pass(0, 11);
-  land("d0", 5, { practice: true });
-  pass(20, 22);
-  assert.equal(series.stopped, null);
+  land("d0", 1);
   land("d1", 5);
   const { falling } = series;
   pass(30, 60);
@@ -135,7 +133,7 @@ test("an auto-drop whose balls were refused says that it was cut short", () => {
 });
 
 test("an auto-drop of practice has no profit", () => {
-  const { series, dropper, land, pass } = running({});
+  const { series, dropper, land, pass } = running({}, true);
   series.add(2, dropper, 0, 1000);
   pass(0, 11);
   for (const ref of ["d0", "d1"]) land(ref, 9, { practice: true });
@@ -154,21 +152,17 @@ test("one ball and several balls are reported in the same way", () => {
   some.land("d0", 0.5);
   some.land("d1", 2.7);
   assert.deepEqual(some.series.words(), { text: "2 balls: staked 2.00, won 3.20 (+1.20)", score: 1.6 });
-  const practice = running();
+  const practice = running(null, true);
   practice.series.add(1, practice.dropper, 0);
   practice.pass(0, 5);
   practice.land("d0", 9, { practice: true });
   assert.equal(practice.series.words().text, "9x (practice)");
-});
-
-test("practice and stakes are never summed", () => {
-  const { series, dropper, land, pass } = running();
-  series.add(3, dropper, 0);
-  pass(0, 1000);
-  land("d0", 0.5);
-  land("d1", 8, { practice: true, paid: 0, stake: 0 });
-  land("d2", 0.5);
-  assert.equal(series.words().text, "2 balls: staked 2.00, won 1.00 (−1.00) · 1 practice ball: 8.00x on average");
+  const many = running(null, true);
+  many.series.add(2, many.dropper, 0);
+  many.pass(0, 1000);
+  many.land("d0", 9, { practice: true });
+  many.land("d1", 1, { practice: true });
+  assert.deepEqual(many.series.words(), { text: "2 practice balls: 5.00x on average", score: 5 });
 });
 
 test("a refused ball does not count, and a full table delays it", () => {

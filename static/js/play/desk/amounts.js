@@ -9,7 +9,7 @@ export const LEAST_STAKE = 0.01;
 export const MOST_STAKE = 1_000_000;
 export const MOST_BALLS = 1_000_000; // of an auto-drop with an end
 export const FACTORS = { least: 0.1, most: 100 }; // of a stake, after a win or a loss
-const CLIP = 24; // characters of an invalid value that are shown
+const CLIP = 12; // characters of an invalid value that are shown
 
 /** @param {string} text @returns {number | null} rounded to hundredths; null if invalid */
 export function readAmount(text) {

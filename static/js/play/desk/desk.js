@@ -5,7 +5,7 @@
 
 import { readSeed } from "../../model/seed.js";
 import { t } from "../../texts/text.js";
-import { byId, check, onChoice, onClick, onSubmit, radiosOf, radioValue } from "../../util/dom.js";
+import { byId, check, onChoice, onClick, onSubmit, putMessage, radiosOf, radioValue } from "../../util/dom.js";
 import { amount, plain } from "../../util/format.js";
 import { isRecord, readStored } from "../../util/stored.js";
 import {
@@ -175,7 +175,7 @@ export class Desk {
       first ||= fault;
     }
     const shown = byId("fault");
-    if (shown.textContent !== first) shown.textContent = first; // so that a screen reader reads it once
+    if (shown.textContent !== first) putMessage(shown, first); // so that a screen reader reads it once
     shown.hidden = first === "";
     const seed = readSeed(this.seed.value); // its fault stands below its field
     const fault = first || (seed.ok ? "" : seed.message);

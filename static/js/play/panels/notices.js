@@ -2,7 +2,7 @@
 
 import { MAIN_ROOM } from "../../model/presets.js";
 import { t } from "../../texts/text.js";
-import { byId, onClick } from "../../util/dom.js";
+import { byId, onClick, putMessage } from "../../util/dom.js";
 import { LOST } from "../room.js";
 import { putIntoAddress } from "../rooms.js";
 
@@ -29,7 +29,7 @@ export function showNotices(game, theme) {
 
   /** @param {string} text @param {number} [score] */
   const put = (text, score) => {
-    line.textContent = text;
+    putMessage(line, text);
     line.style.setProperty("--paid", score === undefined ? "transparent" : theme.payout(score).fill);
   };
   /** @param {string} text @param {boolean} urgent @param {number} [score] */
