@@ -164,13 +164,22 @@ class Screen:
 
     @property
     def seed(self) -> Locator:
-        """The field for a seed. On the table's page it is in the drawer Lab, which is opened."""
+        """The field for a seed, behind the door for the curious, which is opened."""
+        if self.page.locator("#curious").count():
+            self.curious()
         if self.page.locator("#lab").count():
-            self.drawer("Lab")
+            self.drawer("For the curious")
         return self.page.get_by_label("Seed", exact=True)
 
+    def curious(self) -> "Screen":
+        """Open a replay's door for the curious if it is closed."""
+        door = self.page.locator("#curious:not([open]) > summary")
+        if door.count():
+            door.click()
+        return self
+
     def drawer(self, name: str) -> Locator:
-        """Open the drawer Table, Fairness or Lab if it is closed; returns it."""
+        """Open the drawer Table, Fairness or For the curious if it is closed; returns it."""
         tab = self.page.get_by_role("button", name=name, exact=True)
         if not tab.is_visible():
             self.page.get_by_role("button", name="More", exact=True).click()

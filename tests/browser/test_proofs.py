@@ -7,7 +7,7 @@ from tests.browser.conftest import Open
 
 
 def test_a_replay_shows_its_bin_as_certified_with_the_enclosure(opened: Open) -> None:
-    screen = opened("/replay.html?board=triangle-8&seed=42").state("replay")
+    screen = opened("/replay.html?board=triangle-8&seed=42").state("replay").curious()
     proven = certify(Board.preset("triangle-8"), 42)
     screen.page.get_by_role("button", name="Certify").click()
     verdict = screen.page.locator("#verdict")

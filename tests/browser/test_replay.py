@@ -30,7 +30,7 @@ def kept(profiles: Profiles, server: ServerProcess) -> Iterator[Screen]:
     page = profiles.of({}).new_page(server.url)
     screen = Screen(page, server.url, ARTIFACTS)
     page.goto(f"{server.url}{LINK}")
-    yield screen.state("replay")
+    yield screen.state("replay").curious()
     page.close()
 
 
@@ -131,7 +131,7 @@ def test_the_record_says_how_sure_the_bin_is(replay: Screen) -> None:
 
 
 def test_the_close_up_shows_the_ball_and_keeps_out_of_its_way(opened: Open) -> None:
-    screen = opened(LINK).paused()
+    screen = opened(LINK).paused().curious()
     time = screen.page.get_by_label("Time of the fall")
     loupe = screen.page.locator("#closeup")
     duration = screen.api("drops/triangle-8/42")["duration"]
@@ -152,7 +152,7 @@ def test_the_close_up_shows_the_ball_and_keeps_out_of_its_way(opened: Open) -> N
 
 
 def test_time_goes_by_frames_and_by_impacts_with_keys_alone(opened: Open) -> None:
-    screen = opened(LINK).state("replay")
+    screen = opened(LINK).state("replay").curious()
     page = screen.page
     record = screen.api("drops/triangle-8/42")
     times = [impact[0] for impact in record["impacts"]]
@@ -210,7 +210,7 @@ def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(
     opened: Open, complaints: Complaints
 ) -> None:
     complaints.allow("ERR_INTERNET_DISCONNECTED")
-    screen = opened(LINK).paused()
+    screen = opened(LINK).paused().curious()
     digest = screen.api("drops/triangle-8/42")["digest"]
     expect(screen.page.locator("#other-board option")).not_to_have_count(1)  # the list has come
     screen.page.context.set_offline(True)  # the context belongs to all tests
@@ -234,7 +234,7 @@ def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None
     screen = opened("about:blank")
     screen.page.route(re.compile(r"/drops/triangle-8/42(\?|$)"), tamper)
     screen.page.goto(f"{screen.url}{LINK}")
-    screen.paused()
+    screen.paused().curious()
     screen.page.get_by_role("button", name="Verify").click()
     expect(screen.page.locator("#verdict")).to_contain_text("Not reproduced: x_end")
 
@@ -270,7 +270,7 @@ def test_the_table_can_be_kept_as_a_file(replay: Screen) -> None:
 
 
 def test_reduced_motion_shows_the_whole_path_at_once(opened: Open) -> None:
-    screen = opened(LINK, reduced_motion="reduce").state("replay")
+    screen = opened(LINK, reduced_motion="reduce").state("replay").curious()
     expect(screen.page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     duration = screen.api("drops/triangle-8/42")["duration"]
     assert moment(screen) == pytest.approx(duration, abs=1e-9)
@@ -280,7 +280,7 @@ def test_reduced_motion_shows_the_whole_path_at_once(opened: Open) -> None:
 def test_a_board_travels_in_the_link_itself(opened: Open, run: Run) -> None:
     board = {**Board.preset("triangle-8").to_dict(), "name": "carried", "gravity": 20.0}
     packed = run("net/board-link.js", "({ packBoard }, board) => packBoard(board)", board)
-    screen = opened(f"/replay.html?seed=5#board={packed}").state("replay")
+    screen = opened(f"/replay.html?seed=5#board={packed}").state("replay").curious()
     done = drop(Board.from_json(board), 5)
     expect(screen.fact("board")).to_have_text("carried")
     expect(screen.fact("digest")).to_have_text(done.digest)
@@ -298,7 +298,7 @@ def test_the_board_of_a_drop_is_chosen_before_the_list_of_boards_comes(opened: O
 
 
 def test_the_stepped_solver_is_replayed_as_it_stepped(opened: Open) -> None:
-    screen = opened(LINK).state("replay")
+    screen = opened(LINK).state("replay").curious()
     screen.page.get_by_role("radio", name="Stepped").check()
     screen.page.get_by_label("Seed", exact=True).fill("43")
     screen.page.get_by_role("button", name="Replay it").click()
@@ -335,7 +335,7 @@ def test_an_impossible_drop_is_reported(
 @pytest.mark.parametrize("device", SCREENS)
 def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
     options = context_for(device)
-    screen = opened(LINK, **options).state("replay")
+    screen = opened(LINK, **options).state("replay").curious()
     play = screen.page.locator("#play")
     play.click()
     screen.page.locator("#impacts tr").nth(3).click()
@@ -351,7 +351,7 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: Server
     board = {**Board.preset("triangle-8").to_dict(), "name": "dead", "peg_material": dead}
     board["ball"] = {**board["ball"], **dead}
     digest = httpx.post(f"{server.url}/api/v1/boards", json=board, timeout=LIMIT).json()["digest"]
-    screen = opened(f"/replay.html?board={digest}&seed=3").state("replay")
+    screen = opened(f"/replay.html?board={digest}&seed=3").state("replay").curious()
     record = screen.api(f"drops/{digest}/3")
     assert 2 in [impact[6] for impact in record["impacts"]]
     expect(screen.page.locator("#impacts")).to_contain_text("rides peg")
@@ -373,7 +373,7 @@ def test_a_ball_that_never_settles_is_replayed_to_where_it_ends(
         "bins": {"y": 2.0, "edges": [-1.5, 0.0, 1.5], "multipliers": [1.0, 2.0]},
     }
     posted = httpx.post(f"{server.url}/api/v1/boards", json=board, timeout=LIMIT).json()
-    screen = opened(f"/replay.html?board={posted['digest']}&seed=1").state("replay")
+    screen = opened(f"/replay.html?board={posted['digest']}&seed=1").state("replay").curious()
     record = screen.api(f"drops/{posted['digest']}/1")
     assert record["bin"] is None
     expect(screen.root).to_have_attribute("data-last-bin", "none")

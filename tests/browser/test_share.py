@@ -76,7 +76,7 @@ def test_the_chart_is_there_at_200_percent(opened: Open) -> None:
 
 
 def test_a_shared_link_keeps_the_end_until_the_ball_has_landed(opened: Open) -> None:
-    screen = opened(f"/replay.html?{DROP}&guess", reduced_motion="reduce").state("replay")
+    screen = opened(f"/replay.html?{DROP}&guess", reduced_motion="reduce").state("replay").curious()
     page = screen.page
     tells = page.locator(".tells")
     expect(screen.result).to_have_text("Where will it land?")
@@ -102,7 +102,7 @@ def test_a_shared_link_keeps_the_end_until_the_ball_has_landed(opened: Open) -> 
 
 
 def test_a_drop_is_shared_as_link_frame_poster_film_and_record(opened: Open) -> None:
-    screen = opened(f"/replay.html?{DROP}").state("replay")
+    screen = opened(f"/replay.html?{DROP}").state("replay").curious()
     page = screen.page
     text = page.get_by_role("textbox", name="What was copied")
     page.get_by_role("button", name="Copy link").click()

@@ -1,5 +1,6 @@
 // The alternative text of a board's picture, for screen readers. Pure.
 
+import { boardWords } from "../model/worlds.js";
 import { t } from "../texts/text.js";
 import { multiplier } from "../util/format.js";
 
@@ -11,5 +12,5 @@ export function describeBoard(board) {
   const rows = new Set(board.pegs.map((peg) => peg.y.toFixed(6))).size;
   const middle = multipliers[Math.floor(multipliers.length / 2)];
   const [edge, inner] = [multipliers[0], middle].map(multiplier);
-  return t("page.board-picture", { name: board.name, rows, bins: multipliers.length, edge, middle: inner });
+  return t("page.board-picture", { name: boardWords(board.name), rows, bins: multipliers.length, edge, middle: inner });
 }

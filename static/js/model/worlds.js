@@ -32,6 +32,7 @@ const WORDS = {
   Earth: "world.earth", Moon: "world.moon", Mars: "world.mars", Jupiter: "world.jupiter",
   "Steel on steel": "world.steel", "Glass on glass": "world.glass", "Rubber on concrete": "world.rubber",
   "Tennis ball on court": "world.tennis", "Clay (putty)": "world.clay", "Billiard balls": "world.billiards",
+  classic: "word.classic", galton: "word.galton", low: "word.low", high: "word.high",
 };
 
 /** The preset's own gravity or material. */
@@ -90,6 +91,17 @@ export function transported(board, { gravity, material }) {
 /** @param {string} preset @param {Custom} custom @returns {string} "triangle-16 · Moon · Clay (putty)" */
 export function worldName(preset, { gravity, material }) {
   return [preset, gravity, material].filter((part) => part !== OWN).join(BETWEEN);
+}
+
+/** @param {string} name of a board @returns {string} as players read it: "House · 16", "Moon · 12 · High" */
+export function boardWords(name) {
+  const { preset, gravity, material } = readWorldName(name);
+  const known = readBoardName(preset);
+  if (!known) return name;
+  const { kind, world, rows, risk } = known;
+  const words = kind === "triangle" ? [worldWords(world), String(rows)] : [worldWords(kind)];
+  if (risk !== "medium") words.push(worldWords(risk));
+  return [...words, ...[gravity, material].filter((part) => part !== OWN).map(worldWords)].join(BETWEEN);
 }
 
 /** @param {string} name @returns {{preset: string} & Custom} the inverse of worldName */

@@ -6,7 +6,7 @@ import { knownDrops, MINOR_UNITS, refillOf, viewOf } from "../model/player/accou
 import { MAIN_ROOM } from "../model/presets.js";
 import { seedAfter } from "../model/seed.js";
 import { PACES } from "../model/table/pace.js";
-import { OWN } from "../model/worlds.js";
+import { boardWords, OWN } from "../model/worlds.js";
 import { Visited } from "../model/player/visited.js";
 import { t } from "../texts/text.js";
 import { amount } from "../util/format.js";
@@ -371,7 +371,7 @@ function foundWords(played) {
   const [{ name }] = played;
   const staked = played.reduce((sum, { stake }) => sum + stake, 0);
   const paid = played.reduce((sum, one) => sum + one.paid, 0);
-  return t("play.found", { n: played.length, board: name, ...sumsOf({ staked, paid }) });
+  return t("play.found", { n: played.length, board: boardWords(name), ...sumsOf({ staked, paid }) });
 }
 
 /** @param {unknown} value @returns {value is Pick<Choice, "stake" | "balls" | "pace">} */

@@ -72,12 +72,12 @@ class ReplayPage {
 
   /** Shows where the ball lands. @param {number | null} [guess] the guessed bin */
   #tell(guess = null) {
-    const { board, record: { bin, score, seed } } = this.replay;
+    const { board, record: { bin, score } } = this.replay;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     const result = byId("result");
     result.textContent = bin === null
-      ? t("replay.rests", { seed })
-      : t("replay.lands", { seed, bin, pays: prizeOf(board, bin, score) }) + guessWords(guess, bin);
+      ? t("replay.rests")
+      : t("replay.lands", { bin, pays: prizeOf(board, bin, score) }) + guessWords(guess, bin);
     result.style.setProperty("--paid", this.theme.payout(score).fill);
   }
 
@@ -170,7 +170,6 @@ function showRecord({ record, board, motion }, drop) {
   const { bin, score, seed } = record;
   showState("replay", t("page.replay"));
   document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
-  byId("title").textContent = t("replay.of-seed", { seed });
   linkPages(drop);
   fillFacts(byId("facts"), [
     ["fact.board", board.name],

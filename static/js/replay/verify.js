@@ -81,6 +81,7 @@ export function offerFileCheck() {
     const dropped = event.dataTransfer?.files[0];
     if (!dropped) return;
     event.preventDefault();
+    byId("curious", HTMLDetailsElement).open = true;
     byId("check-panel").scrollIntoView({ block: "nearest" });
     check(dropped);
   });

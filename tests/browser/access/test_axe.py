@@ -14,7 +14,7 @@ from tests.kit.process import ServerProcess
 def test_axe_has_nothing_to_say(opened: Open, server: ServerProcess, device: str) -> None:
     quick = quick_table(server, "classic")  # its drops can be aimed
     screen = opened(quick.page, **context_for(device)).ready()
-    screen.drawer("Lab").locator("#measure summary").click()
+    screen.drawer("For the curious").locator("#measure summary").click()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     for name in each_screen(screen, device, asks_axe):

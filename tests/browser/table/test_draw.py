@@ -20,7 +20,7 @@ def test_a_draw_shows_its_odds_and_its_session_is_proven(
         expect(page.locator("#draw-odds > li").nth(place)).to_contain_text(words)
     expect(page.locator("#draw-odds > li").first).to_contain_text("Prize")
     expect(page.locator("#start")).to_be_hidden()
-    screen.drawer("Lab")
+    screen.drawer("For the curious")
     expect(page.get_by_label("Ghost trails")).to_be_visible()
     expect(screen.seed).to_be_hidden()
     expect(screen.seed).to_have_value("")

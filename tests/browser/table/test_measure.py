@@ -18,7 +18,7 @@ from tests.browser.screen import COUNT_FRAMES
 
 def measuring(screen: Any) -> Any:
     """Open the instruments of a page; returns its screen."""
-    screen.drawer("Lab").locator("#measure summary").click()
+    screen.drawer("For the curious").locator("#measure summary").click()
     expect(screen.page.get_by_role("heading", name="Server connection")).to_be_visible()
     return screen
 

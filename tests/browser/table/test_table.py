@@ -219,7 +219,7 @@ def test_space_drops_whatever_was_clicked_before(opened: Open, quick: Quick) -> 
 
 def test_back_closes_a_drawer_on_a_phone_before_it_leaves(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
-    screen.drawer("Lab")
+    screen.drawer("For the curious")
     screen.page.go_back()
     expect(screen.page.locator("#sheet")).to_be_hidden()
     assert screen.page.url.endswith(quick.page)
@@ -574,12 +574,12 @@ def test_ghost_trails_stay_and_can_be_turned_off(opened: Open, quick: Quick) -> 
     assert ghost.evaluate("canvas => canvas.width * canvas.height") == size
     screen.shot("ghost-trails")
 
-    button = screen.drawer("Lab").get_by_role("button", name="Ghost trails")
+    button = screen.drawer("For the curious").get_by_role("button", name="Ghost trails")
     button.click()
     expect(ghost).to_be_hidden()
     screen.page.reload()
     screen.ready()
-    screen.drawer("Lab")
+    screen.drawer("For the curious")
     expect(button).to_have_attribute("aria-pressed", "false")
     landed = screen.rows.count()
     screen.drop.click()

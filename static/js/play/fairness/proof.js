@@ -9,9 +9,7 @@ import { make, say } from "../../util/dom.js";
 /** @import { BoardReply } from "../../net/replies.js" */
 /** @import { Game } from "../game.js" */
 
-const SHOWN = 12; // digits of a digest
-
-/** @typedef {{impacts: number, fault: string | null, digest: string}} Verdict fault: what differs, as a text */
+/** @typedef {{impacts: number, fault: string | null}} Verdict fault: what differs, as a text */
 
 /** Recomputes drops of the history. It keeps the boards of the rooms visited, so that no server is asked. */
 export class Prover {
@@ -40,9 +38,9 @@ export class Prover {
     const words = make("span", { class: "proof-words", role: "status" }, t("page.computing"));
     row.append(make("div", { class: "proof" }, dots, words));
     try {
-      const { impacts, fault, digest } = await this.#verify(drop);
+      const { impacts, fault } = await this.#verify(drop);
       await turn(dots, impacts, fault === null ? "good" : "bad");
-      const verified = t("fair.verified", { n: impacts, digest: digest.slice(0, SHOWN) });
+      const verified = t("fair.verified", { n: impacts });
       say(words, fault === null ? "good" : "bad", fault ?? verified);
     } catch (error) {
       say(words, "bad", t("fair.unverified", { why: messageOf(error) }));
@@ -59,11 +57,11 @@ export class Prover {
     let fault = null;
     if (boardDigest && drop.boardDigest !== boardDigest) fault = t("fair.other-board");
     else if (!digest.startsWith(told)) {
-      fault = t("fair.other-path", { here: digest.slice(0, SHOWN), told: told.slice(0, SHOWN) });
+      fault = t("fair.other-path");
     } else if (drop.bin !== bin || drop.score !== score) {
       fault = t("fair.other-bin", { found: String(drop.bin), told: String(bin) });
     }
-    return { impacts, digest, fault };
+    return { impacts, fault };
   }
 }
 

@@ -1,5 +1,6 @@
 // The history: the last drops as chips next to the board, which lead to their replays, and all kept drops as a list.
 
+import { boardWords } from "../../model/worlds.js";
 import { replayLink } from "../../net/drop-address.js";
 import { t } from "../../texts/text.js";
 import { byId, make } from "../../util/dom.js";
@@ -48,7 +49,8 @@ export function showHistory(game, theme) {
 
   /** @param {Played} drop */
   const row = (drop) => {
-    const { seed, name: board, practice, stake, paid } = drop;
+    const { seed, practice, stake, paid } = drop;
+    const board = boardWords(drop.name);
     const where = practice || drop.x !== null
       ? [make("span", { class: "on" }, t("practice.word"))]
       : [make("b", { class: "net" }, signed(paid - stake)), make("span", { class: "on of-board" }, board)];

@@ -5,8 +5,6 @@ import { byId } from "../../util/dom.js";
 
 /** @import { Game } from "../game.js" */
 
-const SHORT = 8; // digits shown of a commitment
-
 /** @param {Game} game */
 export function showPadlock(game) {
   const padlock = byId("padlock");
@@ -14,7 +12,7 @@ export function showPadlock(game) {
     const { committed, open } = game.room.fair;
     padlock.hidden = game.practice !== null;
     padlock.dataset.open = String(open);
-    padlock.title = committed ? t("fair.committed", { lock: committed.slice(0, SHORT) }) : t("fair.uncommitted");
+    padlock.title = t(committed ? "fair.committed" : "fair.uncommitted");
     padlock.setAttribute("aria-label", padlock.title);
     byId("padlock-text").textContent = committed ? t("play.sealed") : t("play.no-lock");
   };
