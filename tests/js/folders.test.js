@@ -15,11 +15,12 @@ const texts = new Map(
     .map((path) => [path, readFileSync(new URL(path, ROOT), "utf8")]),
 );
 
-/** The imports of a file, also of types in JSDoc: imported names by path below static/js. */
+/** The imports of a file, also of types in JSDoc and those at run time: imported names by path below static/js. */
 function importsOf(path) {
   const found = [];
   const form = /(?:^import|@import|^export)\s+\{([^}]*)\}\s+from\s+"(\.[^"]+)"/gm;
-  for (const [, names, from] of texts.get(path).matchAll(form)) {
+  const later = /\{([^{}]*)\} = await import\("(\.[^"]+)"\)/g;
+  for (const [, names, from] of [...texts.get(path).matchAll(form), ...texts.get(path).matchAll(later)]) {
     const target = new URL(from, new URL(path, ROOT)).href.slice(ROOT.href.length);
     const list = names.split(",").map((name) => name.trim().split(/\s+as\s+/)[0]);
     found.push({ target, names: list.filter(Boolean) });

@@ -21,8 +21,9 @@ export function loadLater(game, theme, picture) {
   let filled = false; // whether the sheet's buttons work
 
   const loadSheet = async () => {
-    const [{ fillSheet }, show] = await Promise.all([import("./panels/sheet.js"), picture.loadShow()]);
-    fillSheet(game, theme, show);
+    const loading = picture.loadShow();
+    const { fillSheet } = await import("./panels/sheet.js");
+    fillSheet(game, theme, await loading);
     filled = true;
   };
   const loadLab = async () => {

@@ -20,13 +20,6 @@ export function readNumber(text) {
   return number === null ? null : Number(number);
 }
 
-/** @param {string} text as typed: a number, or a fraction such as 1/3 @returns {string | null} as REST takes it; null if invalid */
-export function fractionOf(text) {
-  const [top, bottom = "1", ...more] = text.split("/").map(decimalOf);
-  if (top === null || bottom === null || Number(bottom) === 0 || more.length > 0) return null;
-  return text.includes("/") ? `${top}/${bottom}` : top;
-}
-
 /** @param {string} text as typed @returns {string} says that it is not a number */
 export function noNumber(text) {
   return t("page.no-number", { typed: text.trim().slice(0, 24) });

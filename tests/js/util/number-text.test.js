@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { decimalOf, fractionOf, readNumber } from "../../../static/js/util/number-text.js";
+import { decimalOf, readNumber } from "../../../static/js/util/number-text.js";
 
 test("a comma and a point are both decimal signs, and no digit is lost", () => {
   for (const [text, number] of [
@@ -21,10 +21,4 @@ test("what is not a number is invalid", () => {
     assert.equal(decimalOf(text), null, text);
     assert.equal(readNumber(text), null, text);
   }
-});
-
-test("a fraction is exact, or a number", () => {
-  for (const [text, found] of [
-    ["1/3", "1/3"], [" −2 / 7 ", "-2/7"], ["0,1", "0.1"], ["1e-30", "1e-30"], ["1/0", null], ["0,5/3", "0.5/3"], ["1/2/3", null], ["/3", null], ["", null],
-  ]) assert.equal(fractionOf(text), found, text);
 });
