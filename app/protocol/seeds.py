@@ -86,21 +86,10 @@ class SeedStream(SparseStream):
         if isinstance(event, messages.Accepted):
             middle = self._zone.x if isinstance(event.aim, msgspec.UnsetType) else event.aim
             by_seed = start_x(int(event.seed), middle, self._zone.jitter)
-            return messages.BriefAccepted(
-                ball=event.ball,
-                seed=event.seed,
-                tick=event.tick,
-                x=None if event.x == by_seed else event.x,
-                explicit_x=event.explicit_x,
-                ref=event.ref,
-                aim=event.aim,
-                stake=event.stake,
-                practice=event.practice,
-                receipt=event.receipt,
-                visitor=event.visitor,
-                name=event.name,
-                colour=event.colour,
-            )
+            known = {
+                name: getattr(event, name) for name in messages.BriefAccepted.__struct_fields__
+            }
+            return messages.BriefAccepted(**known | {"x": None if event.x == by_seed else event.x})
         if isinstance(event, messages.Landed) and event.digest is not None:
             digest = event.digest[:DIGITS]
             return messages.BriefLanded(ball=event.ball, digest=digest, payout=event.payout)
