@@ -167,6 +167,8 @@ class Arriving:
         room = await self._persistence.recovery.load(room_id, ground_now=ground)
         if room is None and ground is not None:
             room = await self._make(room_id, *self._public.find(room_id))
+            runs = self._persistence.runs
+            runs.begin(room_id, await runs.new_run(room_id))
         return room
 
 

@@ -4,17 +4,13 @@ A run is one world of a room from tick 0 on; resetting a room begins a new run. 
 wait here until something else is written.
 """
 
-import asyncio
-import logging
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import msgspec
 
-from plinko.app.errors import LedgerError
+from plinko.app.errors import ClosedRoomError
 from plinko.app.persistence.clock import RunClock, SteadyClock
 from plinko.app.persistence.leases import NoLeases
 from plinko.app.persistence.ledger.writer import Ledger
@@ -24,46 +20,6 @@ from plinko.app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, 
 from plinko.app.rooms.room import Ground, Room
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.engine import PHYSICS_VERSION
-
-_BLOCK: Final = 1024
-_LOW: Final = _BLOCK // 2  # with this many numbers left, the next block is reserved
-
-_log = logging.getLogger("plinko")
-
-
-class SharedNumbers:
-    """Numbers for runs, reserved in blocks in a ledger that servers share.
-
-    For the event loop's thread. Only the first block is waited for; later ones are reserved in the
-    background before they are needed.
-    """
-
-    def __init__(self, ledger: Ledger) -> None:
-        self._ledger = ledger
-        self._left: deque[int] = deque()
-        self._filling: asyncio.Task[None] | None = None
-
-    async def fill(self) -> None:
-        """Reserve a block; raises LedgerError."""
-        first = await self._ledger.read(lease_store.reserve, count=_BLOCK)
-        self._left.extend(range(first, first + _BLOCK))
-
-    def next(self) -> int:
-        """A number that no run has; raises LedgerError if no reserved number is left."""
-        if len(self._left) <= _LOW and self._filling is None:
-            self._filling = asyncio.create_task(self._refill(), name="numbers")
-        if not self._left:
-            raise LedgerError("no number for a new room run is left until the ledger answers")
-        return self._left.popleft()
-
-    async def _refill(self) -> None:
-        try:
-            await self.fill()
-        except LedgerError as error:
-            # The next call of `next` tries again.
-            _log.warning("numbers for room runs could not be reserved: %s", error)
-        finally:
-            self._filling = None
 
 
 @dataclass(slots=True)
@@ -93,7 +49,6 @@ class RoomRuns:
         self.ledger = ledger
         self.now = now
         self.leases = leases
-        self.numbers = None if leases.alone else SharedNumbers(ledger)
         self.next_number = 1
         self._tick_rate = tick_rate
         self._records: dict[str, RoomRun] = {}
@@ -101,16 +56,25 @@ class RoomRuns:
         self.results_since = math.inf  # when the first of them came, Unix time in s
 
     def of(self, room: Room) -> RoomRun:
-        """The record of a room's current run; creates it if it is missing."""
+        """The record of a room's current run; raises ClosedRoomError after its end."""
         found = self._records.get(room.id)
         if found is None:
-            found = self._records[room.id] = self.new_run(room.id)
+            raise ClosedRoomError(f"room {room.id!r} was closed meanwhile", field="room")
         return found
 
-    def new_run(self, room_id: str, *, owned: bool = False, known: bool = False) -> RoomRun:
-        """The record of a run that begins now; raises LedgerError if no number is left."""
+    async def new_run(self, room_id: str, *, owned: bool = False, known: bool = False) -> RoomRun:
+        """The record of a run that begins now; raises LedgerError if it can get no number."""
+        if self.leases.alone:
+            number, self.next_number = self.next_number, self.next_number + 1
+        else:
+            number = await self.ledger.read(lease_store.reserve)
+        self.leases.note(number, room_id)
+        return self.made(number, owned=owned, known=known)
+
+    def made(self, number: int, *, owned: bool = False, known: bool = False) -> RoomRun:
+        """The record of the run of this number, which begins now."""
         now = self.now()
-        return RoomRun(self.number(room_id), owned, now, now, self.clock(now), known)
+        return RoomRun(number, owned, now, now, self.clock(now), known)
 
     def _now(self) -> float:
         return self.now()
@@ -131,18 +95,6 @@ class RoomRuns:
     def forget(self, room: Room) -> None:
         """Drop the record of a room that leaves memory. The ledger keeps its rows."""
         self._records.pop(room.id, None)
-
-    def number(self, room_id: str) -> int:
-        """A new number for a run of this room.
-
-        Raises LedgerError if servers share the ledger and no reserved number is left.
-        """
-        if self.numbers is None:
-            number, self.next_number = self.next_number, self.next_number + 1
-        else:
-            number = self.numbers.next()
-        self.leases.note(number, room_id)
-        return number
 
     def add_results(self, results: list[ResultRow]) -> None:
         """Keep results until the next write."""

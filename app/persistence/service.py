@@ -71,9 +71,9 @@ class PersistenceService:
 
         taken: the inputs of an imported room. Raises LedgerError, KeyReusedError.
         """
-        record, use = self.runs.of(room), use or KeyUse()
-        record.owned = record.known = True
+        record, use = await self.runs.new_run(room.id, owned=True, known=True), use or KeyUse()
         record.creator = creator
+        self.runs.begin(room.id, record)
         use.run, use.fact = record.number, room.id
         rows = self.runs.rows(room, record, taken)
         made = False
@@ -96,7 +96,7 @@ class PersistenceService:
         `results` are those of the balls in flight. Raises LedgerError, KeyReusedError.
         """
         record, use = self.runs.of(old), use or KeyUse()
-        following = self.runs.new_run(old.id, owned=record.owned, known=True)
+        following = await self.runs.new_run(old.id, owned=record.owned, known=True)
         following.creator = record.creator
         use.run, use.fact = following.number, old.id
         self.runs.report([])

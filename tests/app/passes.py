@@ -32,6 +32,9 @@ class RoomsByHand(Rooms):
 
     def find(self, room_id: str) -> LiveRoom:
         if not self.is_open(room_id) and room_id in self.public:
+            runs = self.persistence.runs
+            number, runs.next_number = runs.next_number, runs.next_number + 1
+            runs.begin(room_id, runs.made(number))
             return self.add(self._new(room_id, *self.public.find(room_id)))
         return super().find(room_id)
 

@@ -59,9 +59,8 @@ class Recovery:
 
     async def prepare(self) -> None:
         """Get ready to load rooms; raises LedgerError, DamagedRoomError if no room can be found."""
-        if self._runs.numbers is not None:
+        if not self._runs.leases.alone:
             await self._runs.follow_database()
-            await self._runs.numbers.fill()
             return
         try:
             self._runs.next_number = await self._read(store.last_number) + 1
@@ -240,7 +239,7 @@ class Recovery:
         _log.warning("room begins a new run: %s", why, extra={"room": row.id})
         basis = await asyncio.to_thread(basis_of, row, kept)
         room = make_room(row.id, basis, row.mode, tick_rate=self._tick_rate, limits=self._limits)
-        record = self._runs.new_run(row.id, owned=True, known=True)
+        record = await self._runs.new_run(row.id, owned=True, known=True)
         record.creator = row.creator
         self._runs.begin(row.id, record)
         # One transaction ends the old run and begins the new one, so the room always has one.

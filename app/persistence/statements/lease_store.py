@@ -121,14 +121,13 @@ def unix_time(connection: Connection) -> float:
 # Counters and locks that servers share.
 
 
-def reserve(connection: Connection, count: int) -> int:
-    """Reserve `count` consecutive run numbers for this server; returns the first."""
+def reserve(connection: Connection) -> int:
+    """A number for a room run that no other run has."""
     highest = connection.scalar(select(func.max(tables.rooms.c.number))) or 0
-    following = max(_counted(connection, _RUNS), int(highest) + 1)
+    number = max(_counted(connection, _RUNS), int(highest) + 1)
     row = tables.counters
-    changed = update(row).where(row.c.name == _RUNS).values(next=following + count)
-    connection.execute(changed)
-    return following
+    connection.execute(update(row).where(row.c.name == _RUNS).values(next=number + 1))
+    return number
 
 
 def wait_for_log(connection: Connection) -> None:

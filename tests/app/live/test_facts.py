@@ -260,8 +260,8 @@ class Tables(RuleBasedStateMachine):
         runs = self.rooms.persistence.runs
         runs.next_number = max([run, *self.ledger.opened]) + 1
         room = self.rooms._new("loaded", BOARD, "independent")
-        record = runs.new_run(room.id, owned=True, known=True)
-        record.number, record.opened = run, self.ledger.opened[run]
+        record = runs.made(run, owned=True, known=True)
+        record.opened = self.ledger.opened[run]
         record.clock = runs.clock(record.opened, state.last)
         runs.begin(room.id, record)
         late = load_table(room, state, record.clock.tick)  # type: ignore[arg-type]
