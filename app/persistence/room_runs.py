@@ -138,7 +138,7 @@ class RoomRuns:
         draw, checkpoint, inputs = room.draw, None, list[Write]()
         if isinstance(room, TouchingRoom) and (room.world.tick or taken):
             record.checkpoint_tick, checkpoint = room.world.tick, room.checkpoint()
-            inputs += [room.format.row(record.number, pending) for pending in taken]
+            inputs += [room.format.new(record.number, pending) for pending in taken]
         row = RoomRow(
             number=record.number,
             id=room.id,

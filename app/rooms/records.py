@@ -454,7 +454,6 @@ Write = (
     | RoomRow
     | NewDrop
     | NewInput
-    | InputRow
     | ResultRow
     | Mark
     | Void

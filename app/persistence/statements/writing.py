@@ -36,7 +36,6 @@ from plinko.app.rooms.records import (
     FairEnd,
     FairOpening,
     FairSessionRow,
-    InputRow,
     Mark,
     NewDrop,
     NewInput,
@@ -104,10 +103,6 @@ def _add_drops(connection: Connection, requests: list[NewDrop]) -> None:
     facts.add_drops(connection, requests)
 
 
-def _add_inputs(connection: Connection, rows: list[InputRow]) -> None:
-    connection.execute(insert(tables.inputs), [asdict(row) for row in rows])
-
-
 def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
     # A result may be written again, after a rebuild. It follows from the drop, so it is the same.
     result = tables.results.c
@@ -170,7 +165,6 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     RoomRow: _add_rooms,
     NewDrop: _add_drops,
     NewInput: facts.add_inputs,
-    InputRow: _add_inputs,
     ResultRow: _add_results,
     Mark: _mark,
     Void: _void,

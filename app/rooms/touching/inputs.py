@@ -167,19 +167,15 @@ class ChangeFormat(InputFormat[InputRow]):
     optional = ("kind", "room", "board", "scene")
     replayed = ".input"
 
-    def row(self, run: int, pending: PendingInput[TouchingCommand]) -> InputRow:
-        """The ledger's row of an input that has its number."""
-        assert pending.number is not None
-        return InputRow(run, pending.number, pending.tick, *self._data(pending))
-
     def new(
-        self, run: int, pending: PendingInput[TouchingCommand], key: IdempotencyKey | None
+        self,
+        run: int,
+        pending: PendingInput[TouchingCommand],
+        key: IdempotencyKey | None = None,
     ) -> NewInput:
         """The write of a planned input."""
-        return NewInput(run, pending.tick, *self._data(pending), key)
-
-    def _data(self, pending: PendingInput[TouchingCommand]) -> tuple[str, str | None]:
-        return msgspec.json.encode(pending.command.input).decode(), pending.command.who
+        data = msgspec.json.encode(pending.command.input).decode()
+        return NewInput(run, pending.tick, data, pending.command.who, key)
 
     def entry(self, row: InputRow, result: ResultRow | None, tick: int) -> dict[str, object]:
         return {"tick": row.tick, "who": row.who, "input": msgspec.json.decode(row.data)}

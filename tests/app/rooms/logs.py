@@ -9,7 +9,7 @@ from plinko.app.protocol.touching_messages import Change
 from plinko.app.protocol.visitors import Tag
 from plinko.app.rooms import log as roomlog
 from plinko.app.rooms.independent import IndependentRoom
-from plinko.app.rooms.pending import DropCommand
+from plinko.app.rooms.pending import DropCommand, Pending
 from plinko.app.rooms.records import InputRow, ResultRow
 from plinko.app.rooms.room import Room
 from plinko.app.rooms.touching.room import TouchingRoom
@@ -54,6 +54,13 @@ def of_drops() -> Log:
     return finished(room, entries)
 
 
+def row_of(room: TouchingRoom, pending: Pending) -> InputRow:
+    """The ledger's row of an input that has entered."""
+    assert pending.number is not None
+    new = room.format.new(1, pending)
+    return InputRow(new.room, pending.number, new.tick, new.data, new.who)
+
+
 def of_inputs(room: TouchingRoom, told: Sequence[dict[str, Any] | DropCommand]) -> Log:
     """Inputs to a room of touching balls, five ticks apart."""
     rows: list[InputRow] = []
@@ -64,7 +71,7 @@ def of_inputs(room: TouchingRoom, told: Sequence[dict[str, Any] | DropCommand]) 
             pending = room.plan_change(msgspec.convert(what, Change))
         pending.durable = True
         room.enter()
-        rows.append(room.format.row(1, pending))
+        rows.append(row_of(room, pending))
         for _ in range(5):
             room.step(watched=False)
     return finished(room, [room.format.entry(row, None, room.world.tick) for row in rows])

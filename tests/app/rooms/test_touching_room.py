@@ -20,6 +20,7 @@ from plinko.app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
 from plinko.engine import Board, RecordError
 from plinko.engine.errors import PlinkoError
 from tests.app.protocol.decoders import decode_snapshot
+from tests.app.rooms.logs import row_of
 
 TICKS = 60
 BOARD = Board.preset("triangle-8")
@@ -195,7 +196,7 @@ def play(  # noqa: PLR0912 - one branch for each thing that people do
     def keep(pending: PendingInput[Any]) -> None:
         pending.durable = True
         room.enter()
-        kept.append(room.format.row(1, pending))
+        kept.append(row_of(room, pending))
 
     def put(kind: str, **values: Any) -> None:
         keep(room.plan_change(change(kind, **values)))

@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from plinko.app.cli import main
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.statements import tables, writing
-from plinko.app.rooms.records import BoardRow, Close, DropRow, InputRow, ResultRow, RoomRow, Write
+from plinko.app.rooms.records import BoardRow, Close, DropRow, NewInput, ResultRow, RoomRow, Write
 from tests.kit.facts import new
 
 DAY = 86400.0
@@ -26,7 +26,7 @@ def fill(url: str, folder: Path) -> None:
     for room in (1, 2, 3):
         writes.append(new(DropRow(room, 0, 0, 7)))
         writes.append(ResultRow(room, 0, 9, 1, 1.0, 0.1, 0.0, "d" * 64, None))
-        writes.append(InputRow(room, 0, 0, "{}"))
+        writes.append(NewInput(room, 0, "{}"))
     writes += [Close(1, 9, now - 100 * DAY), Close(2, 9, now - DAY)]
     database = Database(url, beside=folder / "epoch")
     database.open()
