@@ -17,7 +17,7 @@ UNUSED_SECONDS = 86_400.0  # without use after which a room with an owner is clo
 REST_SECONDS = 3600.0
 """An unused room with an owner makes way for another only after this time: a break in a lesson."""
 
-_IN_MEMORY = 256  # rooms; if there are more, unused ones are parked
+_IN_MEMORY = 256  # rooms; if there are more, unused ones leave
 _FRESH_SECONDS = 60.0
 """A room used within this time stays in memory: its next request may be under way."""
 

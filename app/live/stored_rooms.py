@@ -17,7 +17,7 @@ from plinko.app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
 from plinko.app.live.public_tables import PublicTables
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import store
-from plinko.app.rooms.records import Parked
+from plinko.app.rooms.records import ListedRoom
 from plinko.app.rooms.room import Ground, Room
 
 SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
@@ -47,7 +47,7 @@ class StoredRooms:
         self._ledger = persistence.ledger
         self._rooms = rooms
         self._next_search = 0.0
-        self._listed: list[Parked] = []
+        self._listed: list[ListedRoom] = []
         self._listed_at = -math.inf
 
     @property
@@ -81,7 +81,7 @@ class StoredRooms:
             if room_id not in self._rooms.in_memory:
                 self.let_go(room_id)
 
-    async def directory(self) -> list[Parked]:
+    async def directory(self) -> list[ListedRoom]:
         """Every open room at any server, as last committed; raises LedgerError."""
         now = self._persistence.now()
         if not self._listed_at <= now < self._listed_at + _DIRECTORY_SECONDS:
@@ -128,7 +128,7 @@ class StoredRooms:
             with contextlib.suppress(LeaseLostError, DamagedRoomError):
                 await asyncio.shield(closing)
 
-    async def _close(self, room: Parked, before: float, why: str) -> None:
+    async def _close(self, room: ListedRoom, before: float, why: str) -> None:
         await self.arriving.begin(room.id)
         try:
             row = await self._ledger.read(store.open_run, number=room.number)

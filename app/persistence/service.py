@@ -13,7 +13,7 @@ from plinko.app.persistence.room_runs import RoomRun, RoomRuns
 from plinko.app.rooms.keys import IdempotencyKey, KeyUse
 from plinko.app.rooms.kinds import BallLimits
 from plinko.app.rooms.pending import Pending
-from plinko.app.rooms.records import Close, NewDrop, Parked, ResultRow, Void, Write
+from plinko.app.rooms.records import Close, ListedRoom, NewDrop, ResultRow, Void, Write
 from plinko.app.rooms.room import Room
 from plinko.app.rooms.touching.room import TouchingRoom
 
@@ -119,7 +119,7 @@ class PersistenceService:
             self.runs.report([void, Close(record.number, room.world.tick, self.now())])
         self.runs.forget(room)
 
-    def close(self, room: Parked) -> None:
+    def close(self, room: ListedRoom) -> None:
         """End the run of a room that is not in memory."""
         self.leases.note(room.number, room.id)
         self.runs.report([Close(room.number, room.tick, self.now())])

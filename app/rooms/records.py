@@ -77,8 +77,8 @@ still while no ball moved. A table's run of rules 1 ends at its next use; its ba
 
 
 @dataclass(frozen=True, slots=True)
-class Parked:
-    """A room that is not in memory, with the fields that a list of rooms shows."""
+class ListedRoom:
+    """An open room in the ledger, with the fields that a list of rooms shows."""
 
     number: int
     id: str

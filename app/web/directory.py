@@ -6,7 +6,7 @@ from urllib.parse import quote
 import msgspec
 
 from plinko.app.errors import LedgerError
-from plinko.app.rooms.records import Parked
+from plinko.app.rooms.records import ListedRoom
 from plinko.app.rooms.room import Room
 from plinko.app.web.schemas.rooms import RoomSummary
 from plinko.app.web.services import Services
@@ -51,7 +51,7 @@ def _in_memory(server: Services, room: Room) -> RoomSummary:
     )
 
 
-def _stored(room: Parked) -> RoomSummary:
+def _stored(room: ListedRoom) -> RoomSummary:
     return RoomSummary(
         id=room.id,
         board_name=room.board_name,

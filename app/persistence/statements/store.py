@@ -10,8 +10,8 @@ from plinko.app.persistence.statements import tables
 from plinko.app.rooms.records import (
     DropRow,
     InputRow,
+    ListedRoom,
     OpenDrop,
-    Parked,
     ReceiptRow,
     ResultRow,
     RoomRow,
@@ -44,17 +44,17 @@ def awake_rooms(connection: Connection) -> list[str]:
     return list(connection.execute(chosen).scalars())
 
 
-def directory(connection: Connection) -> list[Parked]:
+def directory(connection: Connection) -> list[ListedRoom]:
     """All open runs."""
-    return [Parked(*row) for row in connection.execute(_CHOSEN)]
+    return [ListedRoom(*row) for row in connection.execute(_CHOSEN)]
 
 
-def unused_rooms(connection: Connection, before: float, limit: int) -> list[Parked]:
+def unused_rooms(connection: Connection, before: float, limit: int) -> list[ListedRoom]:
     """At most `limit` sleeping rooms with owners that were last used before a Unix time, in s."""
     room = tables.rooms.c
     chosen = _CHOSEN.where(room.awake.is_(False), room.owned, room.used < before)
     rows = connection.execute(chosen.order_by(room.used).limit(limit))
-    return [Parked(*row) for row in rows]
+    return [ListedRoom(*row) for row in rows]
 
 
 _CHOSEN: Final = (
@@ -72,7 +72,7 @@ _CHOSEN: Final = (
     .outerjoin_from(tables.rooms, tables.boards)
     .where(tables.rooms.c.closed.is_(None))
 )
-"""The columns of `Parked`, of open runs."""
+"""The columns of `ListedRoom`, of open runs."""
 
 
 def count_owned(connection: Connection, creator: str | None = None) -> int:
