@@ -272,8 +272,8 @@ class Rooms:
             assert isinstance(room, TouchingRoom)
             await asyncio.to_thread(room.restore, retold.checkpoint)
         await self.stored.arriving.begin(room.id)
-        taken = () if retold is None else retold.inputs
-        await self.persistence.create(room, creator, taken, use)
+        inputs = () if retold is None else retold.inputs
+        await self.persistence.create(room, creator, inputs, use)
         if use.earlier is None:
             return self.add(room)
         self.stored.let_go(room.id)

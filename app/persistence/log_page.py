@@ -50,7 +50,7 @@ class LogPage:
     def entries(self, connection: Connection) -> Entries:
         """Read the entries; raises DamagedRoomError."""
         inputs = format_of(self.mode)
-        found = store.taken(connection, inputs.name, self.run, self.first, self.limit)
+        found = store.stored_inputs(connection, inputs.name, self.run, self.first, self.limit)
         page = [inputs.entry(row, result, self.tick) for row, result in found]
         if not self.marks:
             for entry in page:

@@ -151,7 +151,7 @@ class _Pages:
         self._run = run
         self._mode = room.mode
         self._name = room.format.name
-        count = room.taken
+        count = room.input_count
         self._end = count if part.limit is None else min(count, part.first + part.limit)
         self._next = self._end if self._end < count else None
         self._head = log.head(room)

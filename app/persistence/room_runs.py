@@ -120,7 +120,7 @@ class RoomRuns:
         if not isinstance(room, TouchingRoom) or not checkpoint:
             return mark
         record.checkpoint_tick = room.world.tick
-        return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.taken)
+        return replace(mark, checkpoint=room.checkpoint(), checkpoint_drops=room.input_count)
 
     def closing(self, room: Room, results: Sequence[ResultRow]) -> list[Write]:
         """The writes that end a room's run, with the results of balls that were in flight."""
@@ -130,15 +130,15 @@ class RoomRuns:
     def board_row(self, origin: Ground) -> BoardRow:
         return BoardRow(origin.digest, origin.name, msgspec.json.encode(origin.to_dict()).decode())
 
-    def rows(self, room: Room, record: RoomRun, taken: Sequence[Pending] = ()) -> list[Write]:
+    def rows(self, room: Room, record: RoomRun, imported: Sequence[Pending] = ()) -> list[Write]:
         """All rows that the ledger must have before a run's next input.
 
-        taken: the inputs with which a room of touching balls begins.
+        imported: the inputs with which a room of touching balls begins.
         """
         draw, checkpoint, inputs = room.draw, None, list[Write]()
-        if isinstance(room, TouchingRoom) and (room.world.tick or taken):
+        if isinstance(room, TouchingRoom) and (room.world.tick or imported):
             record.checkpoint_tick, checkpoint = room.world.tick, room.checkpoint()
-            inputs += [room.format.new(record.number, pending) for pending in taken]
+            inputs += [room.format.new(record.number, pending) for pending in imported]
         row = RoomRow(
             number=record.number,
             id=room.id,
@@ -151,7 +151,7 @@ class RoomRuns:
             used=record.used,
             tick=0 if checkpoint is None else room.log_tick,
             checkpoint=checkpoint,
-            checkpoint_drops=0 if checkpoint is None else room.taken,
+            checkpoint_drops=0 if checkpoint is None else room.input_count,
             creator=record.creator,
             draw=None if draw is None else draw.digest,
         )

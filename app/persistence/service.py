@@ -64,18 +64,18 @@ class PersistenceService:
         self,
         room: Room,
         creator: str | None = None,
-        taken: Sequence[Pending] = (),
+        imported: Sequence[Pending] = (),
         use: KeyUse | None = None,
     ) -> None:
         """Write a new room that belongs to `creator` (a mark), if the `use` of the key is new.
 
-        taken: the inputs of an imported room. Raises LedgerError, KeyReusedError.
+        imported: the inputs of an imported room. Raises LedgerError, KeyReusedError.
         """
         record, use = await self.runs.new_run(room.id, owned=True, known=True), use or KeyUse()
         record.creator = creator
         self.runs.begin(room.id, record)
         use.run, use.fact = record.number, room.id
-        rows = self.runs.rows(room, record, taken)
+        rows = self.runs.rows(room, record, imported)
         made = False
         try:
             await self.ledger.commit(*rows, use=use)

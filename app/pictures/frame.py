@@ -71,7 +71,7 @@ def still_of(room: Room) -> Still:
 
 def moment_of(room: Room) -> str:
     """A string that changes whenever the appearance of the room may have changed."""
-    return f"{room.id}.{room.log_tick}.{room.taken}"
+    return f"{room.id}.{room.log_tick}.{room.input_count}"
 
 
 def pixels_of(room: Room, width: int) -> int:

@@ -64,7 +64,7 @@ class IndependentRoom(Room):
         self._in_parts: dict[int, Path] = {}  # those of more than one part
 
     @property
-    def taken(self) -> int:
+    def input_count(self) -> int:
         return self.drops
 
     @property

@@ -95,7 +95,7 @@ class Room(ABC):
 
     @property
     @abstractmethod
-    def taken(self) -> int:
+    def input_count(self) -> int:
         """Number of inputs carried out, which is the number of the next one in the ledger."""
 
     @property

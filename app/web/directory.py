@@ -47,7 +47,7 @@ def _in_memory(server: Services, room: Room) -> RoomSummary:
         awake=room.awake,
         balls=room.world.count,
         clients=server.hub.count(room.id),
-        drops=room.taken,
+        drops=room.input_count,
     )
 
 

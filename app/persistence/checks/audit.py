@@ -107,7 +107,7 @@ class _RunCheck:
         """Inputs from number `first` on, each with its result; raises DamagedRoomError at a gap."""
         while True:
             name = self._inputs.name
-            page = store.taken(self._connection, name, self._row.number, first, _PAGE)
+            page = store.stored_inputs(self._connection, name, self._row.number, first, _PAGE)
             yield from page
             first += len(page)
             if len(page) < _PAGE:

@@ -25,10 +25,10 @@ class Replay:
         self.room = room
         if row.checkpoint is not None:
             self.room.restore(row.checkpoint)
-        if self.room.taken != row.checkpoint_drops:
+        if self.room.input_count != row.checkpoint_drops:
             raise DamagedRoomError(
-                f"the checkpoint of run {row.number} has {self.room.taken} inputs, but its row "
-                f"says {row.checkpoint_drops}"
+                f"the checkpoint of run {row.number} has {self.room.input_count} inputs, but its "
+                f"row says {row.checkpoint_drops}"
             )
         self.first_tick = self.room.world.tick
         self._row = row
@@ -37,7 +37,7 @@ class Replay:
     @property
     def next_input(self) -> int:
         """The number of the first input that has not been handed in."""
-        return self.room.taken + len(self._inputs)
+        return self.room.input_count + len(self._inputs)
 
     def take(self, taken: Sequence[InputRow]) -> None:
         """Hand in the next inputs; raises DamagedRoomError if one is missing."""

@@ -222,7 +222,7 @@ def inputs(
     return found
 
 
-def taken(
+def stored_inputs(
     connection: Connection, name: str, room: int, first: int, limit: int | None = None
 ) -> list[tuple[TakenRow, ResultRow | None]]:
     """As `drops` or `inputs`, which `name` selects; inputs have no result."""

@@ -78,7 +78,7 @@ class TouchingRoom(Room):
         mode = SCENE if isinstance(origin, Scene) else INTERACTING
         self.paused = False
         self.velocity_scale = _VELOCITY_SCALE
-        self._taken = 0
+        self._input_count = 0
         self._steps = 0  # ticks still to run while the clock is stopped
         self._next: NextTick | None = None
         self.planned: deque[PendingInput[TouchingCommand]] = deque()
@@ -92,8 +92,8 @@ class TouchingRoom(Room):
         self._next = None
 
     @property
-    def taken(self) -> int:
-        return self._taken
+    def input_count(self) -> int:
+        return self._input_count
 
     @property
     def awake(self) -> bool:
@@ -198,10 +198,12 @@ class TouchingRoom(Room):
         self._carry_out(PendingInput(self.world.tick, command))
 
     def _carry_out(self, pending: PendingInput[TouchingCommand]) -> Entered:
-        if pending.number not in (None, self.taken) or pending.tick != self.world.tick:
-            raise RuntimeError(f"{pending} came as input {self.taken} at tick {self.world.tick}")
-        pending.number = self.taken
-        self._taken += 1
+        if pending.number not in (None, self.input_count) or pending.tick != self.world.tick:
+            raise RuntimeError(
+                f"{pending} came as input {self.input_count} at tick {self.world.tick}"
+            )
+        pending.number = self.input_count
+        self._input_count += 1
         self._next = None
         self.touched = True
         asked = pending.command.input
@@ -408,7 +410,7 @@ class TouchingRoom(Room):
                 world=self.world.snapshot(),
                 scene=_scene_fields(self.ground),
                 seq=self.seq,
-                taken=self.taken,
+                taken=self.input_count,
                 drops=self.drops,
                 unsettled=self.unsettled,
                 histogram=self.histogram,
@@ -432,7 +434,7 @@ class TouchingRoom(Room):
         self.world.restore(saved.world)
         self._next = None
         self.extent = self.world.extent
-        self.seq, self._taken = saved.seq, saved.taken
+        self.seq, self._input_count = saved.seq, saved.taken
         self.drops, self.unsettled = saved.drops, saved.unsettled
         self.histogram = list(saved.histogram)
         self.table.falls = {start.ball: Fall(start, time) for start, time in saved.flights}

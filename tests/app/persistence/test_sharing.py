@@ -97,7 +97,7 @@ async def test_a_room_goes_on_at_the_server_that_takes_it_over(address: str) -> 
         shown = room.room.world.tick
         taken = await b.stored.arriving.take("main")
         assert taken is not None
-        assert (taken.room.taken, taken.room.world.count) == (5, room.room.world.count)
+        assert (taken.room.input_count, taken.room.world.count) == (5, room.room.world.count)
         assert taken.room.world.tick == shown, "spectators see no jump"
         await b.run(taken, 20)
         room.room.advance(taken.room.world.tick)  # as if it had stayed at its server
@@ -160,7 +160,7 @@ async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> 
         await a.heard()
         assert (await b.row("main")).id == "main"
         back = await a.rooms.seek("main")  # the first server can take the room again
-        assert back.room.taken == 1
+        assert back.room.input_count == 1
 
 
 def not_a_s(room_id: str, row: LeaseRow | None) -> int | None:
@@ -204,7 +204,7 @@ async def test_a_room_is_handed_over_without_a_tick_in_between(address: str) -> 
             assert await a.ledger.read(lease_store.holder_of, room=room.id) is not None
             taken = await b.rooms.seek(room.id)
             assert taken.room.world.tick == CLOCK.ticks - begun if mode != INTERACTING else at
-            assert taken.room.taken == room.room.taken
+            assert taken.room.input_count == room.room.input_count
             room.room.advance(taken.room.world.tick)
             assert taken.room.world.digest == room.room.world.digest
         await b.rest()
@@ -260,7 +260,7 @@ async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
         assert (a.rooms.all(), a.leases.book.rooms) == ([], [])
         assert await b.ledger.read(lease_store.listing) == []
         for room in rooms:
-            assert (await b.rooms.seek(room.id)).room.taken == room.room.taken
+            assert (await b.rooms.seek(room.id)).room.input_count == room.room.input_count
 
 
 async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None:
@@ -365,7 +365,7 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
             await b.stored.arriving.take("main")
         assert overtaken.is_set()
         assert (recovery.set_aside, b.rooms.all(), b.leases.book.rooms) == ({}, [], [])
-        assert [each.room.taken for each in a.rooms.all()] == [2]
+        assert [each.room.input_count for each in a.rooms.all()] == [2]
 
 
 async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:

@@ -270,14 +270,14 @@ async def get_room_log(
     if shown is not None:
         server.tokens.check(found.id, shown)
     part, marks = LogPart(first, limit), shown is not None
-    etag = f"{session}.{found.log_tick}.{found.taken}.{first}.{limit}.{marks:d}"
+    etag = f"{session}.{found.log_tick}.{found.input_count}.{first}.{limit}.{marks:d}"
     headers = {"etag": f'"{etag}"', "cache-control": "private, no-cache"}
     if is_current(request, etag):
         return Response(status_code=304, headers=headers)
     number = int(session.partition("-")[0])
     reading = server.logs.read(found, address_of(request), marks=marks, part=part, run=number)
     body = await attended(request, reading)
-    if limit is not None and first + limit < found.taken:
+    if limit is not None and first + limit < found.input_count:
         headers |= next_page(request, first=first + limit)
     return StreamedAnswer(body, media_type="application/json", headers=headers)
 

@@ -252,7 +252,7 @@ def test_a_given_up_drop_that_cannot_be_computed_returns_its_stake(
     async def again() -> tuple[int, int]:
         async with living(url) as life:
             room = await life.rooms.seek("main")
-            return room.room.taken, (await life.drop(room, 1)).ball
+            return room.room.input_count, (await life.drop(room, 1)).ball
 
     assert asyncio.run(again()) == (0, 0)
 

@@ -69,7 +69,7 @@ async def test_an_empty_touching_room_comes_back_and_takes_a_ball(url: str, orde
             await life.leave()
     async with living(url) as life:
         room = await life.rooms.seek(name)
-        assert (room.room.world.count, room.room.taken, room.room.world.digest) == (0, 1, was)
+        assert (room.room.world.count, room.room.input_count, room.room.world.digest) == (0, 1, was)
         await life.drop(room, 2)
         await life.rest()
         assert room.room.stats().drops == 2
@@ -96,9 +96,9 @@ async def test_drops_that_another_physics_cannot_land_are_refunded(
         await life.back()
         again = await life.rooms.seek(own.id)
         assert again.owned, "its token still permits changes"
-        assert (again.room.world.tick, again.room.taken) == (0, 0), "it starts again"
+        assert (again.room.world.tick, again.room.input_count) == (0, 0), "it starts again"
         assert (await life.row(own.id)).physics_version == PHYSICS_VERSION
-        assert life.rooms.find("main").room.taken == 0
+        assert life.rooms.find("main").room.input_count == 0
         assert (await life.drop(again, 9, stake=5)).ball == 0
     for number in numbers.values():
         drops = kept(url, number)
@@ -117,7 +117,7 @@ async def test_drops_of_another_tick_rate_land_before_a_fresh_start(url: str) ->
     async with living(url, tick_rate=50) as life:
         again = await life.rooms.seek(own.id)
         assert again.owned
-        assert (again.room.tick_rate, again.room.taken) == (50, 0)
+        assert (again.room.tick_rate, again.room.input_count) == (50, 0)
     for row, result in kept(url, number):
         assert result is not None
         alone = drop(BOARD, row.seed)
@@ -133,7 +133,7 @@ async def test_main_with_another_board_lands_its_balls_and_restarts(url: str) ->
         number = life.rooms.persistence.runs.of(main.room).number
     async with living(url, board=OTHER) as life:
         main = await life.rooms.seek("main")
-        assert (main.room.origin.digest, main.room.taken) == (OTHER.digest, 0)
+        assert (main.room.origin.digest, main.room.input_count) == (OTHER.digest, 0)
         await life.drop(main, 1)
     assert all(result is not None and result.digest for _, result in kept(url, number))
 
@@ -175,7 +175,7 @@ async def test_a_start_loads_main_only_and_each_room_when_it_is_asked_for(url: s
         assert [each.id for each in life.rooms.all()] == ["main"]
         assert own.id in {each.id for each in await life.stored.directory()}
         back = await life.rooms.seek(own.id)
-        assert (back.room.taken, back.room.awake) == (2, True)
+        assert (back.room.input_count, back.room.awake) == (2, True)
         assert back.room.world.bodies["x"].tolist() == shown, "each ball is where it should be"
         await life.drop(await life.rooms.seek("triangle-9"), 1)
 
@@ -278,7 +278,7 @@ async def test_one_damaged_room_is_set_aside_and_the_rest_play(
                     await life.rooms.seek(played.own)
             assert list(life.rooms.persistence.recovery.set_aside) == [played.own]
             main = await life.rooms.seek("main")
-            assert (main.room.taken, (await life.drop(main, 1)).ball) == (3, 3)
+            assert (main.room.input_count, (await life.drop(main, 1)).ball) == (3, 3)
             await life.leave()
     (line,) = [each for each in caplog.records if each.levelno == logging.ERROR]
     assert vars(line)["room"] == played.own
