@@ -16,7 +16,7 @@ from typing import Final
 from plinko.engine.artifact import record_types
 from plinko.engine.artifact.sample_calls import lanes
 from plinko.engine.exact.lanes.trace import KERNELS
-from plinko.engine.jit import elf, native, source_hash
+from plinko.engine.jit import native, source_hash
 from plinko.engine.jit.native_code import NativeEntry, Processor, compile_object
 
 MOST: Final = 150_000
@@ -42,8 +42,7 @@ def made() -> dict[str, bytes]:
     """Compile the libraries and their index; the content of each file by its name.
 
     The index has what engine/jit/native.py checks before it loads a library: the stamp, the
-    kernels' arguments, and each library's hash. Raises ValueError if a library is too large or
-    needs anything from outside.
+    kernels' arguments, and each library's hash. Raises ValueError if a library is too large.
     """
     parts = record_types.recorded(lanes)
     kernels = {name: parts[name] for name in KERNELS}
@@ -67,9 +66,8 @@ def _library(exports: Mapping[str, NativeEntry], processor: Processor) -> bytes:
             [*command, "-shared", "-nostdlib", "-s", "-o", str(found), str(given)], check=True
         )
         library = found.read_bytes()
-    asked = elf.asks_for(library)
-    if asked or len(library) > MOST:
-        raise ValueError(f"{processor}: {len(library)} bytes, of at most {MOST}; asks for {asked}")
+    if len(library) > MOST:
+        raise ValueError(f"{processor}: {len(library)} bytes, of at most {MOST}")
     return library
 
 

@@ -10,7 +10,6 @@ from typing import Final
 HEADER: Final = b"\0asm\1\0\0\0"
 
 CUSTOM: Final = 0
-IMPORT: Final = 2
 EXPORT: Final = 7
 START: Final = 8
 DATA: Final = 11
@@ -137,26 +136,3 @@ def _defined(table: _Reader) -> Iterator[tuple[str, int]]:
                 name = table.text()
                 if kind == _FUNCTION and not flags & _UNDEFINED:
                     yield name, index
-
-
-def imports(module: bytes) -> list[str]:
-    """The names that a module imports, as `module.name`."""
-    found = []
-    for number, content in sections(module):
-        if number != IMPORT:
-            continue
-        reader = _Reader(content)
-        for _ in range(reader.number()):
-            found.append(f"{reader.text()}.{reader.text()}")
-            (kind,) = reader.take(1)
-            if kind == 0:  # a function: skip its type
-                reader.number()
-            elif kind == 3:  # a global: skip its type and mutability
-                reader.take(2)
-            else:  # a table or a memory: skip a table's type, and the limits
-                reader.take(1 if kind == 1 else 0)
-                (limits,) = reader.take(1)
-                reader.number()
-                if limits & 1:
-                    reader.number()
-    return found

@@ -16,7 +16,8 @@ from plinko.engine import Board, drop_many
 from plinko.engine.drops import batch
 from plinko.engine.exact.lanes import trial
 from plinko.engine.exact.lanes.trace import Code
-from plinko.engine.jit import elf, native, source_hash
+from plinko.engine.jit import native, source_hash
+from tests.engine.jit import elf
 from tests.engine.test_determinism import run_python
 
 LIBRARIES = sorted(native.FOLDER.glob("*.so"))

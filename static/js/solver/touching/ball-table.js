@@ -4,7 +4,6 @@
 /** @import { Grid, Machine, Value } from "../machine.js" */
 
 const ASLEEP = 1; // bits of a ball's flags
-const BOUNCED = 2;
 export const LANDED = 4;
 export const LEFT = 8;
 
@@ -71,11 +70,6 @@ export class BallTable {
   /** @param {number} row */
   isAsleep(row) {
     return (this.flags(row) & ASLEEP) !== 0;
-  }
-
-  /** Whether the ball had an impact in the last step. @param {number} row */
-  hasBounced(row) {
-    return (this.flags(row) & BOUNCED) !== 0;
   }
 
   /** @param {number} ball @returns {number} its row, -1 if there is no such ball */
