@@ -5,7 +5,6 @@ import { Machine } from "../machine.js";
 
 /** @import { Binary } from "../machine.js" */
 
-
 const KERNELS = new URL("touching.wasm", import.meta.url);
 
 /**
