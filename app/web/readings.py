@@ -24,8 +24,8 @@ def readings(server: Services) -> Iterator[Reading]:
         *_pictures(server),
     )
     counts, text = server.rooms.runner.counts, "Drops in rooms that were not accepted, by result."
-    for result, value in (("refused", counts.refused), ("undecided", counts.undecided)):
-        yield "plinko_drops_refused_total", text, value, {"result": result}
+    for result, count in (("refused", counts.refused), ("undecided", counts.undecided)):
+        yield "plinko_drops_refused_total", text, count, {"result": result}
     for name, text, value in parts:
         yield f"plinko_{name}", text, value, {}
 

@@ -137,10 +137,10 @@ class _Turn:
 
     def _write_rows(self) -> None:
         players = player_numbers(self._connection, {row.who for row in self.rows if row.who})
-        values = [asdict(row) for row in self.rows]
-        for row in values:
+        rows = [asdict(row) for row in self.rows]
+        for row in rows:
             row["player"] = players.get(row.pop("who"))
-        self._connection.execute(sa.insert(tables.drops), values)
+        self._connection.execute(sa.insert(tables.drops), rows)
         if self._leaves:
             fair_store.add_leaves(self._connection, [leaf for _, leaf in self._leaves])
         for request, leaf in self._leaves:

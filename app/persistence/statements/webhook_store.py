@@ -7,7 +7,7 @@ wait, however long a target is away.
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from operator import itemgetter
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 from sqlalchemy import Connection, Row, func, or_, select
@@ -93,7 +93,7 @@ def waiting(connection: Connection, target: str, most: int) -> Waiting:
     return found
 
 
-def _events(connection: Connection, run: Row, flying: set[int], most: int) -> list[JsonObject]:
+def _events(connection: Connection, run: Row[Any], flying: set[int], most: int) -> list[JsonObject]:
     """The first `most` events of a run after its cursor, in the order of their ticks."""
     drop, result = tables.drops.c, tables.results.c
     columns = (column.label(f"result_{column.name}") for column in result)
@@ -104,7 +104,7 @@ def _events(connection: Connection, run: Row, flying: set[int], most: int) -> li
         .order_by(drop.ball)
         .limit(most + len(flying))
     )
-    events = []
+    events: list[JsonObject] = []
     for row in connection.execute(chosen).mappings():
         fact = {**row, "room_id": run.id, "board": run.board}
         ticks = []

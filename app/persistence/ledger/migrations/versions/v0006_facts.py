@@ -98,6 +98,7 @@ def _pack() -> None:
     else:
         seed, digest = "signed(d.seed)", "bytes(r.digest)"
         driver = bind.connection.driver_connection
+        assert driver is not None
         driver.create_function("signed", 1, lambda text: int(text) - (int(text) >> 63 << 64))
         driver.create_function("bytes", 1, bytes.fromhex)
     _make_cursors(bind)
