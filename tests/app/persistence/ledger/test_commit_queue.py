@@ -12,7 +12,7 @@ from plinko.app.persistence.ledger.commit_queue import CommitQueue, Fate, Job, R
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements.store import last_number
 from plinko.app.rooms.log import verify_log
-from plinko.app.rooms.records import DropRow, Halt, NewDrop
+from plinko.app.rooms.records import DropRow, NewDrop, Order
 from plinko.engine import Board
 from tests.app.conftest import TINY
 from tests.app.persistence.ledger.stepped import PATIENCE, Steps, Table
@@ -223,8 +223,8 @@ def test_a_failing_callback_does_not_stop_the_others(empty: Path, tmp_path: Path
         raise ZeroDivisionError
 
     told: list[Any] = []
-    table.ledger.defer([Halt("a", 1.0)], fail)
-    table.ledger.defer([Halt("b", 1.0)], told.append)
+    table.ledger.defer([Order("halt", "a", 1.0)], fail)
+    table.ledger.defer([Order("halt", "b", 1.0)], told.append)
     table.work()
     assert told == [None]
     table.end()
