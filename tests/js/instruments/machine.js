@@ -2,7 +2,7 @@
 
 import { readFileSync } from "node:fs";
 
-import { Machine } from "../../../static/js/solver/touching/machine.js";
+import { Machine } from "../../../static/js/solver/machine.js";
 
 export const machine = await Machine.open(
   readFileSync(new URL("../../../static/js/solver/touching/touching.wasm", import.meta.url)),
