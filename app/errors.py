@@ -57,6 +57,10 @@ class SettingError(AppError):
     """A setting that cannot be used."""
 
 
+class StartError(SettingError):
+    """The server cannot start now, but may later with the same settings."""
+
+
 class MalformedError(AppError):
     response = ErrorResponse(400, "malformed", "Malformed request", 1007)
 
@@ -258,6 +262,10 @@ class LedgerError(AppError):
         "the ledger is not available now, and nothing was done; try again later (the server's log "
         "has the reason)",
     )
+
+
+class LedgerInUseError(LedgerError):
+    """Another server uses the ledger."""
 
 
 class UndecidedError(AppError):

@@ -1,7 +1,9 @@
 """The listening socket, the limits of connections, and uvicorn configured with both."""
 
 import asyncio
+import errno
 import gc
+import logging
 import socket
 import threading
 from collections.abc import Callable
@@ -9,10 +11,11 @@ from typing import Any, cast
 
 import uvicorn
 from fastapi import FastAPI
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 
-from plinko.app.errors import SettingError
+from plinko.app.errors import LedgerError, SettingError, StartError
 from plinko.app.live.broadcast.transport import DirectProtocol
+from plinko.app.ops.systemd import keep_alive, notify
 from plinko.app.protocol.messages import MESSAGE_BYTES
 from plinko.app.settings import Settings
 from plinko.app.web.edge.addresses import Connections, Proxies
@@ -20,7 +23,12 @@ from plinko.app.web.edge.connection import Edge, connection
 from plinko.app.web.edge.guarded import guarded
 from plinko.app.web.edge.intake import Intake
 from plinko.app.web.edge.sockets import guarded_socket
+from plinko.app.web.problems import problem_response
+from plinko.app.web.routes.common import reply
+from plinko.app.web.routes.health import Readiness, RoomsBack
 from plinko.app.web.services import Services
+
+_log = logging.getLogger("plinko")
 
 HEAD_BYTES = 1 << 14  # of a request's line and headers together
 HEAD_SECONDS = 10.0  # in which a head must arrive, also that of a WebSocket's handshake
@@ -37,6 +45,8 @@ SHUTDOWN_SECONDS = 3
 wait for the next server meanwhile, and service managers kill a process only after more than this.
 """
 
+_NEXT_TRIAL = 1.0  # s until a missing database is tried again
+
 _ENDS_WORK = 0.7  # share of SHUTDOWN_SECONDS in which workers may finish
 
 
@@ -47,6 +57,7 @@ class Server(uvicorn.Server):
         super().__init__(config)
         self.services = services
         self.listening = threading.Event()
+        self._watchdog: asyncio.Task[None] | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then exclude all present objects from garbage collection, which delays ticks."""
@@ -56,9 +67,12 @@ class Server(uvicorn.Server):
         for listener in sockets or ():
             print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - for people
         self.listening.set()
+        self._watchdog = asyncio.create_task(keep_alive(), name="watchdog")
+        notify("READY=1")
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop in this order: give rooms away, end streams, wait for requests, then cancel work."""
+        notify("STOPPING=1")
         server = self.services
         server.rooms.tell_leaving()
         if server.others is not None:
@@ -77,6 +91,54 @@ def _end_work(server: Services) -> None:
     server.workers.close()
     server.readers.close()
     server.rooms.stop_waiting()
+
+
+async def _not_yet(scope: Scope, receive: Receive, send: Send) -> None:
+    """The application while the ledger's database is missing: alive, but not ready."""
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1013})
+        return
+    path = scope["path"]
+    if path == "/healthz":
+        response = reply({"status": "ok"})
+    elif path == "/readyz":
+        response = reply(Readiness(False, {"ledger": False}, RoomsBack([]), "unknown"), 503)
+    else:
+        response = problem_response(LedgerError("the ledger's database does not answer yet"), path)
+    await response(scope, receive, send)
+
+
+def wait_for(missing: Callable[[], str | None], listener: socket.socket) -> None:
+    """Return when `missing` returns None; it says why the ledger's database does not answer yet.
+
+    Until then it is called again and again, and every request gets 503. A signal ends the process.
+    """
+    if missing() is not None:
+        asyncio.run(_wait_for(missing, listener))
+
+
+async def _wait_for(missing: Callable[[], str | None], listener: socket.socket) -> None:
+    config = uvicorn.Config(
+        _not_yet,
+        lifespan="off",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        timeout_keep_alive=1,
+        timeout_graceful_shutdown=1,
+    )
+    server = uvicorn.Server(config)
+    serving = asyncio.create_task(server.serve([listener.dup()]))
+    said = None
+    while (why := await asyncio.to_thread(missing)) and not serving.done():
+        if why != said:
+            _log.warning("waiting for the ledger", extra={"reason": why})
+            notify("STATUS=waiting for the ledger")
+            said = why
+        await asyncio.wait([serving], timeout=_NEXT_TRIAL)
+    server.should_exit = True
+    await serving
+    notify("STATUS=")
 
 
 def server_over(app: FastAPI, settings: Settings) -> Server:
@@ -161,7 +223,7 @@ def listen(settings: Settings) -> socket.socket:
         listener.setblocking(False)
     except OSError as error:
         listener.close()
-        raise SettingError(
+        raise (StartError if error.errno == errno.EADDRINUSE else SettingError)(
             f"cannot listen on {settings.host} port {settings.port}: {error.strerror or error}",
             field="port",
         ) from error

@@ -20,7 +20,7 @@ from plinko.app.computing.pool import MAX_JOBS, Workers
 from plinko.app.computing.short import ShortDrops
 from plinko.app.errors import SettingError, shorten
 from plinko.app.fairness.check import kernel_digest_of
-from plinko.app.listening import listen, server_over
+from plinko.app.listening import listen, server_over, wait_for
 from plinko.app.live.arriving import any_room
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.registry import Rooms
@@ -301,17 +301,32 @@ def _check_temporary() -> None:
         ) from None
 
 
-def run(settings: Settings | None = None) -> None:
-    """Serve until SIGINT or SIGTERM; raises SettingError if it cannot start with these settings."""
-    settings = settings or Settings()
+def check(settings: Settings) -> None:
+    """Raise SettingError if no server can start with these settings; log what has no effect.
+
+    It opens no port and no ledger.
+    """
     logs.configure(settings.log_level, settings.log_format)
     for line in not_settings(os.environ):
         _log.warning(line)
+    _check_temporary()
+    _main_board(settings.board)
+    read_targets(settings.webhooks)
+    Proxies(settings.trusted_proxies)
+    Database(settings.ledger_url, shared=bool(settings.name))
+    if settings.relays:
+        redis_at(settings.relays)
+
+
+def run(settings: Settings | None = None) -> None:
+    """Serve until SIGINT or SIGTERM; raises SettingError if it cannot start with these settings."""
+    settings = settings or Settings()
+    check(settings)
     native.forbid()  # only WebAssembly, whose calls can be limited
     limits.limit_calls()  # all rooms share one thread: a call that does not end would stop them
-    _check_temporary()
-    app = create_app(settings)
     with listen(settings) as listener:
+        wait_for(Database(settings.ledger_url).missing, listener)
+        app = create_app(settings)
         open_ledger(app.state.services)
         if app.state.cluster is not None:
             app.state.cluster.listens(listener)

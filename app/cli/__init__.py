@@ -50,6 +50,7 @@ GROUPS = {
 
 COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 
+EXIT_NOT_NOW = 1  # a server that could not start now, but may later with the same settings
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 EXIT_BROKEN_PIPE = 141  # 128 + SIGPIPE
@@ -135,13 +136,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Any other error is a bug in Plinko and keeps its traceback.
         if not _is_input_error(error):
             raise
-        return _fail(str(error))
+        return _fail(str(error), EXIT_NOT_NOW if _may_pass(error) else EXIT_BAD_INPUT)
     return result if isinstance(result, int) else 0
 
 
-def _fail(message: str) -> int:
+def _fail(message: str, code: int = EXIT_BAD_INPUT) -> int:
     common.echo(f"plinko: {' '.join(message.split())}", err=True)
-    return EXIT_BAD_INPUT
+    return code
 
 
 def _usage_message(error: click.ClickException) -> str:
@@ -160,3 +161,9 @@ def _is_input_error(error: Exception) -> bool:
     from plinko.engine.errors import PlinkoError
 
     return isinstance(error, PlinkoError)
+
+
+def _may_pass(error: Exception) -> bool:
+    from plinko.app.errors import StartError
+
+    return isinstance(error, StartError)

@@ -11,8 +11,13 @@ def tree(root: type[Exception]) -> set[type[Exception]]:
     return {root}.union(*(tree(child) for child in root.__subclasses__()))
 
 
-# A SettingError prevents the start, and servers run no batch on a cluster: no client sees them.
-UNSEEN = {errors.SettingError, engine_errors.ClusterError}
+# Some errors prevent the start, and servers run no batch on a cluster: no client sees them.
+UNSEEN = {
+    errors.SettingError,
+    errors.StartError,
+    errors.LedgerInUseError,
+    engine_errors.ClusterError,
+}
 SEEN = (tree(errors.AppError) | tree(engine_errors.EngineError)) - UNSEEN
 RESPONSES = {kind: errors.response_for(kind.__new__(kind)) for kind in SEEN}
 

@@ -4,15 +4,17 @@ import configparser
 import re
 import shlex
 import shutil
+import sqlite3
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import httpx
+import pytest
 import yaml
 from click.testing import CliRunner
 
-from plinko.app.cli import main, plinko
+from plinko.app.cli import EXIT_BAD_INPUT, main, plinko
 from plinko.app.listening import SHUTDOWN_SECONDS
 from plinko.app.settings import Settings, not_settings
 from tests.app.conftest import TINY
@@ -40,6 +42,18 @@ def test_the_unit_s_server_stops_cleanly_and_writes_where_it_may() -> None:
     assert data == f"/var/lib/{service['StateDirectory']}"
     assert int(service["TimeoutStopSec"]) > SHUTDOWN_SECONDS
     assert service["PrivateTmp"] == "yes", "its workers need a directory for temporary files"
+
+
+def test_the_unit_exposes_little_and_tries_again_unless_a_setting_is_wrong() -> None:
+    service = unit()
+    assert service["RestartPreventExitStatus"] == str(EXIT_BAD_INPUT)
+    assert service["Type"] == "notify"
+    analyse = shutil.which("systemd-analyze")
+    if analyse is None:
+        pytest.skip("systemd-analyze is not here: apt-get install systemd")
+    command = [analyse, "security", "--offline=true", "--threshold=25", "--no-pager"]
+    done = subprocess.run([*command, DEPLOY / "plinko.service"], capture_output=True, check=False)
+    assert done.returncode == 0, done.stdout.decode()
 
 
 def test_the_environment_of_the_page_is_of_settings() -> None:

@@ -56,11 +56,18 @@ def restore_if_refused(settings: Settings) -> None:
     epilog="The environment can set each flag too: PLINKO_PORT sets --port. A flag wins.",
     params=settings_options(),
 )
+@click.option("--check", is_flag=True, help="Only check the settings; exit code 2 if one is wrong.")
 @click.option("--restore", is_flag=True, help="Do `plinko ledger restore` first, if it is needed.")
-def command(restore: bool, **flags: object) -> None:
+def command(check: bool, restore: bool, **flags: object) -> None:
     """Run the game server and print its address; Ctrl-C stops it."""
     common.need_server()
     settings = settings_from(flags)
+    if check:
+        from plinko.app.main import check as check_settings
+
+        check_settings(settings)
+        common.echo("the settings are valid")
+        return
     if restore:
         restore_if_refused(settings)
 

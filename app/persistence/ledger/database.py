@@ -1,8 +1,10 @@
 """Opens the ledger's database: parses its address, locks it, checks it, and migrates its tables."""
 
 import contextlib
+import errno
 import fcntl
 import os
+import re
 import secrets
 import socket
 import sqlite3
@@ -16,7 +18,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 from sqlalchemy.pool import NullPool, StaticPool
 
-from plinko.app.errors import LedgerError, SettingError
+from plinko.app.errors import LedgerError, LedgerInUseError, SettingError, StartError
 from plinko.app.persistence.ledger.epoch import EpochFile, Place
 from plinko.app.persistence.statements import history, tables, writer_store
 
@@ -32,6 +34,9 @@ _MIGRATION_SECONDS = 60  # how long a migration, or the wait for another server'
 _IDLE_SECONDS = 2
 _LOCK_SECONDS = 1  # how long to wait until the former server's lock is released
 _LOCK_NOT_AVAILABLE = "55P03"  # PostgreSQL's error code
+_REFUSAL = re.compile("authentication failed|does not exist|pg_hba|unable to open")
+"""In the message of a database that refuses these settings, and will refuse them again."""
+_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 
 
 class InDoubtError(Exception):
@@ -147,12 +152,26 @@ class Database:
                 self.enter()
         except (sa.exc.SQLAlchemyError, OSError, LedgerError) as error:
             self.close()
-            raise SettingError(
+            raise (StartError if _may_pass(error) else SettingError)(
                 f"the ledger {self.name} cannot be opened: {reason(error)}", field="database_url"
             ) from error
         if self.file is not None:
             self._inode = _inode(self.file)
         self.is_open = True
+
+    def missing(self) -> str | None:
+        """Why the database does not answer yet; None if it does, or with these settings never will.
+
+        SQLite's is never missing.
+        """
+        if self.url.get_backend_name() == "sqlite":
+            return None
+        try:
+            self._engine.connect().close()
+        except sa.exc.OperationalError as error:
+            why = reason(error)
+            return None if _REFUSAL.search(why) else why
+        return None
 
     def difference(self) -> str | None:
         """Why this is not the ledger that this server left; None if it is."""
@@ -316,6 +335,14 @@ class Database:
             raise LedgerError(f"{file} was replaced by another file; start the server again")
 
 
+def _may_pass(error: Exception) -> bool:
+    """Whether the ledger may open later with the same settings."""
+    if isinstance(error, sa.exc.OperationalError):
+        return _REFUSAL.search(reason(error)) is None
+    full = isinstance(error, OSError) and error.errno in _FULL
+    return full or isinstance(error, LedgerInUseError)
+
+
 def _behind(place: Place, commit: int | None) -> str | None:
     """What a ledger with this last commit of the place's epoch has lost, if anything."""
     if commit is None:
@@ -471,7 +498,7 @@ def _lock_database(connection: Connection, *, shared: bool) -> None:
     """Take PostgreSQL's advisory lock for as long as the connection lasts.
 
     Servers that share the database share the lock. Waits up to a second, because PostgreSQL may not
-    have noticed yet that the former server has ended; then raises LedgerError.
+    have noticed yet that the former server has ended; then raises LedgerInUseError.
     """
     kind = "_shared" if shared else ""
     try:
@@ -482,13 +509,13 @@ def _lock_database(connection: Connection, *, shared: bool) -> None:
         connection.close()
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
-        raise LedgerError(
+        raise LedgerInUseError(
             "another server uses it for itself alone" if shared else "another server uses it"
         ) from None
 
 
 def _lock_file(file: Path) -> int:
-    """Lock FILE-lock next to SQLite's file until the process ends; raises LedgerError.
+    """Lock FILE-lock next to SQLite's file until the process ends; raises LedgerInUseError.
 
     A lock on the database file itself would be wrong: closing its descriptor would release SQLite's
     locks too.
@@ -498,7 +525,7 @@ def _lock_file(file: Path) -> int:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(descriptor)
-        raise LedgerError(
+        raise LedgerInUseError(
             "another server uses it; give this one a --data directory or --database-url that no "
             "other server uses"
         ) from None
