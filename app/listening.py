@@ -67,6 +67,9 @@ class Server(uvicorn.Server):
         for listener in sockets or ():
             print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - for people
         self.listening.set()
+        settings, ledger = self.services.settings, self.services.ledger.database.name
+        about = {"version": self.services.version, "ledger": ledger, "settings": settings.changed}
+        _log.info("started", extra=about)
         self._watchdog = asyncio.create_task(keep_alive(), name="watchdog")
         notify("READY=1")
 
@@ -84,6 +87,7 @@ class Server(uvicorn.Server):
         ending = asyncio.get_running_loop().call_later(patience, _end_work, server)
         await super().shutdown(sockets)
         ending.cancel()
+        _log.info("stopped")
 
 
 def _end_work(server: Services) -> None:

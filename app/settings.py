@@ -187,6 +187,15 @@ class Settings:
                 )
 
     @property
+    def changed(self) -> dict[str, object]:
+        """The settings that differ from their defaults, without those that may contain a secret."""
+        return {
+            entry.name: value
+            for entry in fields(self)
+            if entry.name not in _IN_FILES and (value := getattr(self, entry.name)) != entry.default
+        }
+
+    @property
     def message_rate(self) -> float:
         """Messages a second from one client: its drops and all other messages."""
         return self.drop_rate + OTHER_MESSAGES

@@ -1,5 +1,6 @@
 """How a server starts: a database that is not there yet, wrong settings, a service manager."""
 
+import json
 import signal
 import socket
 import subprocess
@@ -11,6 +12,7 @@ import httpx
 import pytest
 
 from plinko.app.persistence.ledger.database import Database
+from plinko.engine import __version__
 from tests.kit.postgres import PostgreSQL
 from tests.kit.process import ServerProcess
 from tests.kit.waiting import LIMIT, until
@@ -63,6 +65,21 @@ def test_a_server_that_waits_stops_at_once(waiting: ServerProcess, tmp_path: Pat
     until(lambda: status(waiting, "/readyz") == 503)
     assert waiting.end() in (0, -signal.SIGTERM)
     assert "Plinko is at" not in waiting.said[0]
+
+
+def test_the_log_has_a_line_of_the_start_and_one_of_the_stop(waiting: ServerProcess) -> None:
+    secret = "a secret of at least 32 characters"
+    waiting.flags = ("--log-level", "info", "--log-format", "json", "--max-balls", "7")
+    waiting.environment = {"PLINKO_SECRET": secret}
+    waiting.ledger = "sqlite://"
+    with waiting:
+        assert waiting.end() == 0
+    lines = [json.loads(line) for line in waiting.said[1].splitlines()]
+    (start,) = (line for line in lines if line["event"] == "started")
+    assert (start["version"], start["ledger"]) == (__version__, "sqlite://")
+    assert start["settings"]["max_balls"] == 7
+    assert secret not in waiting.said[1]
+    assert lines[-1]["event"] == "stopped"
 
 
 @pytest.mark.postgresql
