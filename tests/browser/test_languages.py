@@ -15,6 +15,7 @@ PAGES = tries(
         *("replay.html?board=triangle-8&seed=1", "compare.html", "editor.html", "sandbox.html"),
         *(
             "verify.html",
+            "today.html",
             "stage.html",
             "embed/replay?board=triangle-8&seed=1",
         ),

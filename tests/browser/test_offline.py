@@ -63,6 +63,9 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.locator("#throw").click()
     expect(box).to_have_attribute("aria-label", re.compile("61 Kugeln"))
 
+    page.goto(f"{base}/today.html")
+    expect(page.locator("html")).to_have_attribute("data-state", "replay")
+
     page.goto(f"{base}/")
     expect(page.locator("html")).to_have_attribute("data-practice", "offline")
     page.locator("#drop").click()

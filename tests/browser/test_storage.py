@@ -37,6 +37,7 @@ STARTED = {
     "/replay.html?board=triangle-8&seed=1": "[data-state=replay] #play",
     "/compare.html?board=triangle-8&seed=1": "[data-state=replay] #play",
     "/editor.html?board=triangle-8": "[data-state=asleep] #test",
+    "/today.html": "[data-state=replay] .pick",
     "/verify.html": "[data-ready=true] #file",
     "/embed/replay?board=triangle-8&seed=1": "[data-state=replay] #drop:enabled",
     "/stage.html": "[data-state=asleep], [data-state=live]",

@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import Open
 from tests.browser.looks import check_fit, context_for, each_screen
 
@@ -54,6 +55,7 @@ def test_the_ball_of_the_day_fits_its_screens(opened: Open, device: str) -> None
     screen = opened("/today.html", **context_for(device)).state("replay")
     for name in each_screen(screen, device):
         check_fit(screen)
+        check_axe_on(screen, name)
         screen.shot(f"today-{name}")
 
 
