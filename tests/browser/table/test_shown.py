@@ -55,6 +55,11 @@ def test_profit_is_drawn_around_a_zero_in_the_middle(opened: Open, server: Serve
     expect(net).to_have_text("−1.00")
 
 
+def test_the_page_s_heading_reads_plinko(opened: Open) -> None:
+    page = opened("/").ready().page
+    expect(page.get_by_role("heading", level=1, name="Plinko", exact=True)).to_have_count(1)
+
+
 def test_wins_are_drawn_above_zero(opened: Open, server: ServerProcess) -> None:
     screen = opened(quick_table(server, "triangle-8", pays=2.0).page).ready()
     screen.drop.click()
