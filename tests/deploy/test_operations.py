@@ -4,7 +4,6 @@ import configparser
 import re
 import shlex
 import shutil
-import sqlite3
 import subprocess
 from pathlib import Path
 from typing import Any

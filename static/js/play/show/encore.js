@@ -2,8 +2,8 @@
 
 import { startSpan } from "../../model/board.js";
 import { PEG } from "../../model/motion/drop.js";
+import { JACKPOT, WIN } from "./celebration.js";
 import { findFork } from "./fork.js";
-import { JACKPOT, WIN } from "./moment.js";
 
 /** @import { Board, Peg, Point } from "../../model/board.js" */
 /** @import { Flash, Scene } from "../../model/scene.js" */

@@ -33,7 +33,7 @@ const SHELL_S = 0.55;
  */
 
 /** Confetti, the banner of a win, and the card of a jackpot. */
-export class Moment {
+export class Celebration {
   /** The card that counts up. @type {{score: number, since: number | null} | null} */
   #card = null;
   /** @type {Piece[]} */
