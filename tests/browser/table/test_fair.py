@@ -36,7 +36,7 @@ def test_a_session_is_revealed_checked_and_checked_again_offline(
     told_late = {**export, "heard_session": None}
     for session, said, lamp in (
         (export, "Proven: neither side could choose", "Ready"),
-        (dearer, "not over yet. payout of drop 0", "Failed"),
+        (dearer, "not over yet. payout of ball 0", "Failed"),
         (late, "not over yet. heard-session.", "Failed"),
         (told_late, "Not proven: that the server committed before", "Ready"),
     ):
