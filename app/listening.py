@@ -81,7 +81,7 @@ class Server(uvicorn.Server):
         if server.others is not None:
             # First of all, while this server can still forward clients to their rooms.
             await server.others.leave()
-        server.cameras.close()  # streams would never end, and uvicorn waits for every request
+        server.computing.cameras.close()  # else their streams never end, and uvicorn waits
         # Cancel work shortly before the grace period ends, in time for a proper error response.
         patience = _ENDS_WORK * SHUTDOWN_SECONDS
         ending = asyncio.get_running_loop().call_later(patience, _end_work, server)
@@ -92,8 +92,7 @@ class Server(uvicorn.Server):
 
 def _end_work(server: Services) -> None:
     """Release the requests that wait for a worker, or for a ball to land."""
-    server.workers.close()
-    server.readers.close()
+    server.computing.release()
     server.rooms.stop_waiting()
 
 

@@ -16,8 +16,6 @@ from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
 
-from plinko.app.computing.pool import MAX_JOBS, Workers
-from plinko.app.computing.short import ShortDrops
 from plinko.app.errors import SettingError, shorten
 from plinko.app.fairness.check import kernel_digest_of
 from plinko.app.listening import listen, server_over, wait_for
@@ -34,11 +32,9 @@ from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.ledger.common_secrets import TOKENS, common_secret
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
-from plinko.app.persistence.room_log import MOST_READERS, RoomLogs
+from plinko.app.persistence.room_log import RoomLogs
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.signing_key import SigningKey, orphans, secret_file
-from plinko.app.pictures.cache import PICTURE_BYTES, Pictures
-from plinko.app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
 from plinko.app.relay.bus import readings as bus_readings
 from plinko.app.relay.feed import feed_relays
 from plinko.app.relay.redis_at import redis_at
@@ -48,7 +44,9 @@ from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.settings import Settings, not_settings, page_kernels
 from plinko.app.web.application import Application
-from plinko.app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets, KeyedBuckets, Quota
+from plinko.app.web.computing import Computing
+from plinko.app.web.edge.addresses import Proxies
+from plinko.app.web.limits import KeyedBuckets, Quota
 from plinko.app.web.readings import readings
 from plinko.app.web.returns import Returns
 from plinko.app.web.routes.page import Page
@@ -66,7 +64,6 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("plinko")
 
-_MOMENTS = 1 << 22  # bytes of cached room frames, for clients that ask at the same moment
 _QUIET_START = 5.0  # s until the server prepares its workers, if no request has needed them yet
 
 
@@ -88,11 +85,8 @@ def _services(settings: Settings) -> Services:
     known = Boards(MAX_BOARDS)
     hub = Hub(settings.max_clients)
     metrics = Metrics()
-    workers = Workers(settings.workers, MAX_JOBS)
-    readers = Workers(1, MOST_READERS)
+    computing = Computing(settings.workers)
     database = Database(settings.ledger_url, shared=bool(settings.name), beside=settings.epoch_file)
-    budgets = Budgets(COMPUTE_RATE, COMPUTE_BURST)
-    cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, budget=budgets)
     shares = _Shares(settings) if settings.name else None
     targets = read_targets(settings.webhooks)
     ledger = Ledger(
@@ -116,8 +110,8 @@ def _services(settings: Settings) -> Services:
         hub,
         _main_board(settings.board),
         persistence,
-        watchers=(metrics, cameras),
-        filmed=cameras.films,
+        watchers=(metrics, computing.cameras),
+        filmed=computing.cameras.films,
         claim=shares.alive.claim if shares else any_room,
     )
     if database.shared and not settings.secret:
@@ -137,16 +131,10 @@ def _services(settings: Settings) -> Services:
         tokens=Tokens(secret),
         fair=_fair_sessions(persistence, SigningKey(database, settings.data_directory), registry),
         session_tokens=SessionTokens(secret),
-        workers=workers,
-        short=ShortDrops(),
-        readers=readers,
-        pictures=Pictures(PICTURE_BYTES),
-        moments=Pictures(_MOMENTS),
-        cameras=cameras,
+        computing=computing,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
         creators=Quota(settings.creator_rooms, "rooms of this address"),
-        budgets=budgets,
-        logs=RoomLogs(persistence.runs, None if database.in_memory else readers.run),
+        logs=RoomLogs(persistence.runs, None if database.in_memory else computing.readers.run),
         metrics=metrics,
         others=others,
         webhooks=_webhooks(targets, ledger, others) if targets else None,
@@ -223,7 +211,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
     checking = asyncio.create_task(server.integrity.look(), name="integrity")
     rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
-    preparing = asyncio.get_running_loop().call_later(_QUIET_START, server.workers.prepare)
+    prepare = server.computing.workers.prepare
+    preparing = asyncio.get_running_loop().call_later(_QUIET_START, prepare)
     following = asyncio.create_task(server.rooms.follow(), name="following")
     feeding = asyncio.create_task(
         feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
@@ -249,9 +238,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
                 await task
         server.rooms.leave()
         await server.ledger.close()
-        server.cameras.close()
-        server.workers.close()
-        server.readers.close()
+        server.computing.close()
 
 
 def open_ledger(server: Services) -> None:

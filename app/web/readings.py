@@ -65,7 +65,8 @@ def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "landings_total", "Balls in rooms that have landed.", rooms.runner.counts.landed
     text = "Drops without a bin because they failed the solver's check."
     yield "solver_errors_total", text, rooms.runner.counts.solver_errors
-    yield "jobs", "Drops, pictures and checks being computed or waiting.", server.workers.jobs
+    jobs = server.computing.workers.jobs
+    yield "jobs", "Drops, pictures and checks being computed or waiting.", jobs
 
 
 def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
@@ -92,7 +93,7 @@ def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
 
 
 def _pictures(server: Services) -> Iterator[tuple[str, str, float]]:
-    yield "pictures_total", "Pictures drawn on request.", server.pictures.drawn
-    yield "cameras", "Live picture streams being drawn.", server.cameras.running
-    yield "viewers", "Viewers of live picture streams.", server.cameras.viewers
-    yield "camera_frames_total", "Frames drawn for live streams.", server.cameras.drawn
+    yield "pictures_total", "Pictures drawn on request.", server.computing.pictures.drawn
+    yield "cameras", "Live picture streams being drawn.", server.computing.cameras.running
+    yield "viewers", "Viewers of live picture streams.", server.computing.cameras.viewers
+    yield "camera_frames_total", "Frames drawn for live streams.", server.computing.cameras.drawn

@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING
 
-from plinko.app.computing.pool import Workers
-from plinko.app.computing.short import ShortDrops
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.registry import Rooms
 from plinko.app.live.sessions.fair_sessions import FairSessions
@@ -15,11 +13,10 @@ from plinko.app.ops.metrics import Metrics
 from plinko.app.persistence.checks.integrity import Integrity
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.room_log import RoomLogs
-from plinko.app.pictures.cache import Pictures
-from plinko.app.pictures.film import Cameras
 from plinko.app.rooms.boards import Boards
 from plinko.app.settings import Settings
-from plinko.app.web.limits import Budgets, KeyedBuckets, Quota
+from plinko.app.web.computing import Computing
+from plinko.app.web.limits import KeyedBuckets, Quota
 from plinko.app.web.returns import Returns
 from plinko.app.web.shared import Others
 from plinko.app.web.tokens import SessionTokens, Tokens
@@ -43,16 +40,9 @@ class Services:
     tokens: Tokens
     fair: FairSessions
     session_tokens: SessionTokens
-    workers: Workers
-    short: ShortDrops
-    readers: Workers
-    """A process for long reads of the ledger only."""
-    pictures: Pictures
-    moments: Pictures  # single frames of rooms
-    cameras: Cameras
+    computing: Computing
     room_drops: KeyedBuckets
     creators: Quota
-    budgets: Budgets
     logs: RoomLogs
     metrics: Metrics
     others: Others | None = None  # the other servers of a cluster

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+from starlette.types import ASGIApp
+
 
 @dataclass(frozen=True, slots=True)
 class Standing:
@@ -41,6 +43,9 @@ class Others(Protocol):
     @property
     def first(self) -> bool:
         """Whether this server does the work that one server does for all."""
+
+    def surround(self, app: ASGIApp) -> ASGIApp:
+        """`app` within the layer that forwards requests to the server that has their room."""
 
     def standing(self) -> Standing:
         """This server's place now."""

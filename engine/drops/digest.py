@@ -45,7 +45,7 @@ class DropDigest:
         rows = np.empty((len(events), 7), "<f8")
         rows[:, :6] = float_bits(events)
         rows.view("<i4")[:, 12:] = marks
-        self._sha.update(rows)
+        self._sha.update(rows.tobytes())
 
     def hexdigest(self) -> str:
         """Return the digest, 64 hex digits, after all events were added."""

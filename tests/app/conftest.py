@@ -43,7 +43,7 @@ PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "creator_rooms": 1000, "ma
 @pytest.fixture(scope="session")
 def server() -> Iterator[Running]:
     with contextlib.ExitStack() as stack:
-        with constants(**{"plinko.app.main.COMPUTE_BURST": 1e6}):
+        with constants(**{"plinko.app.web.computing.COMPUTE_BURST": 1e6}):
             running = stack.enter_context(serving(**PLENTY))
         yield running
 

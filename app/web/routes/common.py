@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import functools
 import time
 import urllib.parse
 from collections.abc import Callable, Coroutine, Mapping
@@ -15,9 +14,7 @@ from starlette.types import Receive
 
 from plinko.app.computing import prices, tasks
 from plinko.app.computing.prices import Price
-from plinko.app.computing.process import Done
 from plinko.app.errors import (
-    EndedError,
     GoneError,
     InvalidValueError,
     MediaTypeError,
@@ -113,50 +110,17 @@ def _check_media_type(given: str | None) -> None:
 async def compute(request: Request, price: Price, task: Callable[[*Ts], T], *values: *Ts) -> T:
     """The result of `task(*values)`, charged to the client's address.
 
-    A worker computes it, and stops if the client leaves; the server itself computes a short drop.
-    Raises CostError for a price over its limit, BudgetError, BusyError, GoneError if the client has
-    left, and the errors of the task.
+    The work ends if the client leaves. Raises GoneError then, and the errors of
+    `Computing.compute`.
     """
-    server, address = services(request), address_of(request)
+    computing, address = services(request).computing, address_of(request)
     try:
-        if price.preset is not None and server.short.is_ready(price.preset):
-            with contextlib.suppress(EffortError):  # it is no short drop: a worker computes it
-                return _computed_here(server, address, price, functools.partial(task, *values))
-        return await attended(request, charged(server, address, price, task, *values))
+        if computing.is_short(price):
+            with contextlib.suppress(EffortError):  # a worker computes it
+                return computing.at_once(address, price, task, *values)
+        return await attended(request, computing.compute(address, price, task, *values))
     finally:
-        note(request.scope, server.budgets.allowance(address, time.monotonic(), "computing-ms"))
-
-
-def _computed_here(server: Services, address: str, price: Price, work: Callable[[], T]) -> T:
-    now = time.monotonic()
-    server.budgets.charge(address, now, price.seconds, price.what)
-    done = server.short.measured(work)
-    server.budgets.settle(address, now, done.seconds - price.seconds)
-    return _result(done)
-
-
-async def charged(
-    server: Services, address: str, price: Price, task: Callable[[*Ts], T], *values: *Ts
-) -> T:
-    """Like `compute`, by a worker, for clients that may share the result: they may leave."""
-    price.check()
-    server.budgets.charge(address, time.monotonic(), price.seconds, price.what)
-    spent: list[float] = []
-    try:
-        work = functools.partial(task, *values)
-        done = await server.workers.measured(work, quick=price.quick, spend=spent.append)
-    except EndedError:  # nobody knows what it took
-        spent.append(price.seconds)
-        raise
-    finally:
-        server.budgets.settle(address, time.monotonic(), sum(spent) - price.seconds)
-    return _result(done)
-
-
-def _result(done: Done) -> Any:
-    if done.error is not None:
-        raise done.error
-    return done.value
+        note(request.scope, computing.budgets.allowance(address, time.monotonic(), "computing-ms"))
 
 
 async def attended(request: Request, work: Coroutine[None, None, T]) -> T:

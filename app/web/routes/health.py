@@ -101,7 +101,7 @@ async def readyz(server: Server) -> Response:
         "ledger": await _writable(server),
         "physics": server.warm,
         "ticker": server.ticker_runs,
-        "workers": await server.workers.compute(),
+        "workers": await server.computing.workers.compute(),
     }
     if server.others is not None:
         checks["cluster"] = server.others.joined

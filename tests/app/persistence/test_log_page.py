@@ -26,7 +26,7 @@ def test_a_log_is_read_by_another_process_that_may_die(url: str) -> None:
         for seed in range(3):
             http.post(f"/rooms/{room}/drops", json={"seed": seed}).raise_for_status()
         before = http.get(f"/rooms/{room}/log").json()
-        (idle,) = server.services.readers._idle
+        (idle,) = server.services.computing.readers._idle
         pid = idle.pid
         assert pid not in (None, os.getpid())
         os.kill(pid, signal.SIGKILL)

@@ -85,7 +85,7 @@ def no_worker(server: Running, monkeypatch: pytest.MonkeyPatch) -> Callable[[], 
     async def refuse(*_: object, **__: object) -> None:
         raise AssertionError("a worker was asked")
 
-    return lambda: monkeypatch.setattr(server.services.workers, "measured", refuse)
+    return lambda: monkeypatch.setattr(server.services.computing.workers, "measured", refuse)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".gif?fps=2", ".mp4?fps=2", "/frames?fps=10"])
@@ -295,7 +295,7 @@ async def test_a_drawing_that_failed_is_tried_again() -> None:
 def test_a_busy_server_says_when_to_come_back(
     server: Running, http: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    workers = server.services.workers
+    workers = server.services.computing.workers
     monkeypatch.setattr(workers, "max_jobs", -workers.processes)
     refused = http.get(f"{DROP}.gif?width=241")
     assert refused.status_code == 503

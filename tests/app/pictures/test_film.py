@@ -378,7 +378,7 @@ async def test_a_stream_shows_a_fall_to_all_and_ends_with_them(
 ) -> None:
     room = new_room(http)
     url = f"{server.url}/api/v1/rooms/{room}/stream.mjpg?width=240&fps=60"
-    cameras = server.services.cameras
+    cameras = server.services.computing.cameras
 
     seen: list[set[bytes]] = [set(), set(), set()]
 
@@ -427,7 +427,7 @@ def test_a_stream_that_cannot_be_is_refused(http: httpx.Client) -> None:
 
 
 def test_too_many_streams_are_told_when_to_come_back(server: Running, http: httpx.Client) -> None:
-    cameras = server.services.cameras
+    cameras = server.services.computing.cameras
     most, cameras.max_cameras = cameras.max_cameras, 0
     try:
         refused = http.get("/api/v1/rooms/main/stream.mjpg")

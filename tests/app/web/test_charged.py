@@ -6,8 +6,6 @@ import io
 import os
 import time
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
 
 import httpx
 import pytest
@@ -17,8 +15,8 @@ from plinko.app.computing import prices
 from plinko.app.computing.prices import Price
 from plinko.app.computing.process import Done
 from plinko.app.errors import BusyError, DeadlineError, EndedError
+from plinko.app.web.computing import Computing
 from plinko.app.web.limits import Budgets
-from plinko.app.web.routes.common import charged
 
 PRICE = Price("pixels", 1.0, 1.0, 3.0)
 
@@ -36,7 +34,7 @@ PRICE = Price("pixels", 1.0, 1.0, 3.0)
     ids=["done", "the client left", "left in the queue", "too long", "refused", "process ended"],
 )
 async def test_a_client_pays_the_processor_time_that_its_work_took(
-    used: list[float], end: BaseException | None, cost: float
+    used: list[float], end: BaseException | None, cost: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     budgets = Budgets(rate=1e-9, burst=100.0)
 
@@ -47,9 +45,11 @@ async def test_a_client_pays_the_processor_time_that_its_work_took(
             raise end
         return Done(None, None, sum(used))
 
-    server: Any = SimpleNamespace(budgets=budgets, workers=SimpleNamespace(measured=measured))
+    computing = Computing(1)
+    monkeypatch.setattr(computing.workers, "measured", measured)
+    computing.budgets = budgets
     with contextlib.suppress(type(end)) if end else contextlib.nullcontext():
-        await charged(server, "client", PRICE, os.getpid)
+        await computing.compute("client", PRICE, os.getpid)
     left = budgets.allowance("client", time.monotonic(), "computing-ms").left
     assert 100.0 - left / 1000.0 == pytest.approx(cost, abs=0.01)
 

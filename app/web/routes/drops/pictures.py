@@ -2,16 +2,18 @@
 
 import functools
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, TypeVarTuple
 
 from fastapi import Depends, Path, Query, Request, Response
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from plinko.app.computing import prices, tasks
+from plinko.app.computing.prices import Price
 from plinko.app.computing.tasks import Ask, Many
 from plinko.app.errors import InvalidValueError
 from plinko.app.pictures.cache import drawing_version
 from plinko.app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
+from plinko.app.web.computing import Computing
 from plinko.app.web.ranges import in_part
 from plinko.app.web.routes.common import (
     Responses,
@@ -19,7 +21,6 @@ from plinko.app.web.routes.common import (
     address_of,
     attended,
     cache_headers,
-    charged,
     check_count,
     documented_failures,
     is_current,
@@ -35,6 +36,8 @@ from plinko.engine.parameters import Exact
 from plinko.engine.seeding import parse_seed
 
 router = operations("pictures")
+
+Ts = TypeVarTuple("Ts")
 
 MOST_FPS = 60
 
@@ -95,17 +98,30 @@ def documented_picture(*formats: str, failures: tuple[int, ...] = ()) -> Respons
 
 
 async def picture_reply(
-    request: Request, name: str, fmt: str, draw: Callable[[], Coroutine[None, None, bytes]]
+    request: Request,
+    name: str,
+    fmt: str,
+    price: Price,
+    task: Callable[[*Ts], bytes],
+    *values: *Ts,
 ) -> Response:
-    """The picture called `name`, a part of it, or 304; `draw` makes it if it is not cached.
+    """The picture called `name`, a part of it, or 304; `task(*values)` draws it if needed.
 
     `name` must contain everything that decides the picture, except its format and the drawing code,
-    which this function adds. Raises the errors of `draw`.
+    which are added here. Raises the errors of `Computing.compute`.
     """
+    compute = services(request).computing.compute
+    draw = functools.partial(compute, address_of(request), price, task, *values)
+    return await _reply(request, name, fmt, draw)
+
+
+async def _reply(
+    request: Request, name: str, fmt: str, draw: Callable[[], Coroutine[None, None, bytes]]
+) -> Response:
     etag = f"{name}.{fmt}.{drawing_version()}"
     if is_current(request, etag):
         return not_modified(etag)
-    picture = await attended(request, services(request).pictures.get(etag, draw))
+    picture = await attended(request, services(request).computing.pictures.get(etag, draw))
     return in_part(request, picture, cache_headers(etag), MEDIA_TYPES[fmt])
 
 
@@ -123,7 +139,6 @@ def pixels_of(board: Board, width: int) -> int:
 )
 async def get_drop_picture(
     request: Request,
-    server: Server,
     ask: Asked,
     fmt: DropFormat,
     width: Width = 760,
@@ -138,17 +153,15 @@ async def get_drop_picture(
     if fmt in STILLS:
         _refuse("fps", fps, fmt)
         price = prices.still(pixels_of(ask.board, width))
-        address = address_of(request)
-        draw = functools.partial(
-            charged, server, address, price, tasks.still, ask, fmt, width, theme, t
+        name = f"{ask.name}.{width}.{theme}.{t!r}"
+        return await picture_reply(
+            request, name, fmt, price, tasks.still, ask, fmt, width, theme, t
         )
-        return await picture_reply(request, f"{ask.name}.{width}.{theme}.{t!r}", fmt, draw)
     _refuse("t", t, fmt)
-    fps = 30 if fps is None else fps
-    animate = functools.partial(
-        _animation, server, address_of(request), ask, fmt, width, fps, theme
-    )
-    return await picture_reply(request, f"{ask.name}.{width}.{theme}.{fps}", fmt, animate)
+    film = (ask, fmt, width, 30 if fps is None else fps, theme)
+    name = ".".join(map(str, (ask.name, *film[2:])))
+    animate = functools.partial(_animation, services(request).computing, address_of(request), *film)
+    return await _reply(request, name, fmt, animate)
 
 
 def _refuse(name: str, value: object, fmt: str) -> None:
@@ -157,13 +170,13 @@ def _refuse(name: str, value: object, fmt: str) -> None:
 
 
 async def _animation(
-    server: Services, address: str, ask: Ask, fmt: str, width: int, fps: int, theme: str
+    computing: Computing, address: str, ask: Ask, fmt: str, width: int, fps: int, theme: str
 ) -> bytes:
     """Draw an animation; count its frames first, because the price depends on them."""
     price = prices.one_drop(ask.board, ask.solver)
-    frames = await charged(server, address, price, tasks.frame_count, ask, fmt, fps)
+    frames = await computing.compute(address, price, tasks.frame_count, ask, fmt, fps)
     price = prices.animation(pixels_of(ask.board, width), frames)
-    return await charged(server, address, price, tasks.animation, ask, fmt, width, fps, theme)
+    return await computing.compute(address, price, tasks.animation, ask, fmt, width, fps, theme)
 
 
 async def _many(
@@ -232,9 +245,8 @@ async def _picture_of_many(
 ) -> Response:
     prices.many_drops(many.board, many.drops, Exact()).check()
     price = prices.still(pixels_of(many.board, width), many.drops)
-    server, address = services(request), address_of(request)
-    drawing = functools.partial(charged, server, address, price, draw, many, fmt, width, theme)
-    return await picture_reply(request, f"{_name_of(many)}.{what}.{width}.{theme}", fmt, drawing)
+    name = f"{_name_of(many)}.{what}.{width}.{theme}"
+    return await picture_reply(request, name, fmt, price, draw, many, fmt, width, theme)
 
 
 @router.get(
@@ -260,11 +272,8 @@ async def get_sheet(
     many = _drops(server, board, drops, seed)
     name = f"{_name_of(many)}.sheet.{columns}.{width}.{theme}"
     price = prices.still(_MOST_SHEET, drops)
-    address = address_of(request)
-    draw = functools.partial(
-        charged, server, address, price, tasks.sheet, many, fmt, width, theme, columns
-    )
-    return await picture_reply(request, name, fmt, draw)
+    asked = (many, fmt, width, theme, columns)
+    return await picture_reply(request, name, fmt, price, tasks.sheet, *asked)
 
 
 def _name_of(many: Many) -> str:

@@ -15,7 +15,6 @@ from plinko.app.web.routes.common import (
     Server,
     address_of,
     attended,
-    charged,
     documented,
     is_current,
     left,
@@ -60,8 +59,8 @@ async def get_room_frame(
         return Response(status_code=304, headers=headers)
     price = prices.still(pixels_of(found.room, width), 0)
     asked = (still_of(found.room), fmt, width, theme)
-    drawing = functools.partial(charged, server, address_of(request), price, draw, *asked)
-    picture = await attended(request, server.moments.get(etag, drawing))
+    drawing = functools.partial(server.computing.compute, address_of(request), price, draw, *asked)
+    picture = await attended(request, server.computing.moments.get(etag, drawing))
     return Response(picture, headers=headers, media_type=MEDIA_TYPES[fmt])
 
 
@@ -89,9 +88,9 @@ async def get_room_stream(
     found = await server.rooms.seek(room)
     shot = Shot(found.id, width, theme, fps)
     address = address_of(request)
-    camera, seen, part = await server.cameras.open(found.room, shot, address)
+    camera, seen, part = await server.computing.cameras.open(found.room, shot, address)
     found.wake()
-    return _Stream(server.cameras, camera, address, seen, part)
+    return _Stream(server.computing.cameras, camera, address, seen, part)
 
 
 class _Stream(Response):

@@ -37,7 +37,6 @@ from plinko.app.web.routes.common import (
     address_of,
     attended,
     body_of,
-    charged,
     compute,
     documented,
     documented_failures,
@@ -393,7 +392,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
     story = story_of(body.story, tick_rate=rate, max_balls=most)
     price = prices.story(story.ball_substeps(rate))
     return await attended(
-        request, charged(server, address_of(request), price, _retell, story, rate, most)
+        request, server.computing.compute(address_of(request), price, _retell, story, rate, most)
     )
 
 

@@ -13,13 +13,6 @@ import { showTray } from "../panels/tray.js";
 import { offerSound } from "../sound/choice.js";
 import { Celebration, WIN } from "./celebration.js";
 import { offerDemo } from "./demo.js";
-<<<<<<< HEAD
-=======
-import { Encore } from "./encore.js";
-import { Ghost } from "./ghost.js";
-import { nearMiss } from "./near-miss.js";
-import { Streaks } from "./streaks.js";
->>>>>>> 611aadd7 (Moment is Celebration)
 
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Played } from "../../model/player/account.js" */
@@ -56,10 +49,6 @@ export class Picture {
       wake();
     });
     this.watch = showNotices(game, theme);
-<<<<<<< HEAD
-=======
-    this.celebration = new Celebration(theme, this.view);
->>>>>>> 611aadd7 (Moment is Celebration)
     this.demo = offerDemo(game);
     this.sound = offerSound(game);
     this.hover = followPointer(game, this.view, (x, y) => this.instruments?.pick(x, y));
@@ -100,20 +89,11 @@ export class Picture {
       this.view.setBoard(board, slots);
       this.view.moving.setAttribute("aria-label", describeBoard(board));
     }
-<<<<<<< HEAD
-=======
-    this.#streaks.clear();
-    this.#encore.clear();
-    this.celebration.hide();
-    this.#won = null;
-    table.onPassed = this.ghost.follow;
->>>>>>> 611aadd7 (Moment is Celebration)
     table.tracing = this.#still.matches;
     histogram.setBoard(board, hello.stats.histogram, expected);
     this.loop.wake();
   }
 
-<<<<<<< HEAD
   /** @returns {Promise<Show>} if its code cannot be fetched, the next ball tries again */
   loadShow() {
     this.#loading ??= import("./show.js").then(
@@ -124,13 +104,6 @@ export class Picture {
       },
     );
     return this.#loading;
-=======
-  /** Our next ball falls: clears what is shown of the last landing. An auto-drop leaves a win's card its time. */
-  #dropped() {
-    this.offerSound();
-    if (!this.game.auto) this.celebration.hide();
-    if (!this.#encore.looking) this.#encore.clear();
->>>>>>> 611aadd7 (Moment is Celebration)
   }
 
   /** Our drop's landing was shown. @param {Played} played */
@@ -154,19 +127,7 @@ export class Picture {
     if (table?.growsWhenDrawn) instruments?.ball.measure();
     if (table) this.sound.sound()?.hear(table.heard, t);
     this.watch();
-<<<<<<< HEAD
     const showing = this.#show?.dress(scene, now) ?? false;
-=======
-    const lab = document.documentElement.dataset.drawer === "lab";
-    const streaking = this.#streaks.show(scene, now / 1000);
-    const encore = this.#encore.show(scene, now / 1000, still, lab);
-    this.#look(this.#encore.near);
-    if (this.#won && !this.#encore.looking) {
-      this.celebration.celebrate(this.#won, still);
-      this.#won = null;
-    }
-    const celebrating = this.celebration.show(now);
->>>>>>> 611aadd7 (Moment is Celebration)
     // With reduced motion the path of our last ball replaces the moving ball.
     const way = table?.lastTrace?.points();
     if (still) Object.assign(scene, { balls: [], flashes: [], paths: way ? [way] : [] });

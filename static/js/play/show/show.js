@@ -2,9 +2,9 @@
 // loads it with the first ball.
 
 import { byId } from "../../util/dom.js";
+import { Celebration, WIN } from "./celebration.js";
 import { Encore } from "./encore.js";
 import { Ghost } from "./ghost.js";
-import { Moment, WIN } from "./moment.js";
 import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
@@ -35,7 +35,7 @@ export class Show {
     this.still = still;
     this.ghost = new Ghost(byId("board-ghost", HTMLCanvasElement), theme);
     this.ghost.on = game.storage.getItem(GHOST_KEY) !== "off";
-    this.moment = new Moment(theme, view);
+    this.celebration = new Celebration(theme, view);
     game.on("table", ({ hello, table }) => this.#setTable(hello, table));
     let falling = 0;
     game.on("run", () => {
@@ -67,14 +67,14 @@ export class Show {
     }
     this.#streaks.clear();
     this.#encore.clear();
-    this.moment.hide();
+    this.celebration.hide();
     this.#won = null;
     table.onPassed = this.ghost.follow;
   }
 
   /** Our next ball falls: clears what is shown of the last landing. An auto-drop leaves a win's card its time. */
   #dropped() {
-    if (!this.game.auto) this.moment.hide();
+    if (!this.game.auto) this.celebration.hide();
     if (!this.#encore.looking) this.#encore.clear();
   }
 
@@ -120,11 +120,11 @@ export class Show {
     const encore = this.#encore.show(scene, now / 1000, still, lab);
     this.#look(this.#encore.near);
     if (this.#won && !this.#encore.looking) {
-      this.moment.celebrate(this.#won, still);
+      this.celebration.celebrate(this.#won, still);
       this.#won = null;
     }
     this.ghost.paint(now);
-    const celebrating = this.moment.show(now);
+    const celebrating = this.celebration.show(now);
     return streaking || encore || celebrating || this.#won !== null || this.ghost.pending;
   }
 
