@@ -1,21 +1,7 @@
-"""The error tree of `plinko`. Every message names the bad value and says what would be right.
+"""The engine's errors. Every message names the bad value and says what would be right.
 
-PlinkoError
-├── BoardError        a board that cannot be played; `field` says where
-├── SeedError         not an integer 0 <= seed < 2^64
-├── EffortError       a call that would compute longer than allowed
-├── ParameterError    an invalid parameter, such as a solver's or a drop's; `field` says which
-├── RecordError       a malformed record, snapshot or result; `field` says where
-├── JsonSyntaxError   text that is not JSON
-├── JsonValueError    JSON with a refused value; `field` says where
-├── InvalidValueError an invalid argument of a picture; `field` says which
-├── MissingPartError  an optional package that is not installed; an ImportError
-└── ClusterError      a cluster that cannot compute
-
-Between root and leaves, EngineError is the base of the engine's errors, and AppError
-(`plinko.app.errors`) the base of all others.
-
-All that are about values are ValueErrors too.
+`PlinkoError` is the root of all errors, EngineError of the engine's, and AppError
+(`plinko.app.errors`) of all others. All that are about values are ValueErrors too.
 """
 
 from typing import NamedTuple
