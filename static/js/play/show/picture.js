@@ -11,7 +11,6 @@ import { followPointer } from "../desk/pointer.js";
 import { showNotices } from "../panels/notices.js";
 import { showTray } from "../panels/tray.js";
 import { offerSound } from "../sound/choice.js";
-import { Celebration, WIN } from "./celebration.js";
 import { offerDemo } from "./demo.js";
 
 /** @import { Hello } from "../../model/messages.js" */
