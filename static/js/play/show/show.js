@@ -3,8 +3,8 @@
 
 import { byId } from "../../util/dom.js";
 import { Celebration, WIN } from "./celebration.js";
-import { Encore } from "./encore.js";
 import { Ghost } from "./ghost.js";
+import { LandingZoom } from "./landing-zoom.js";
 import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
@@ -25,7 +25,7 @@ export class Show {
   #digest = "";
   /** A win to celebrate after the zoom. @type {Played | null} */
   #won = null;
-  #encore = new Encore();
+  #landingZoom = new LandingZoom();
   #streaks = new Streaks();
 
   /** @param {Game} game @param {Theme} theme @param {BoardView} view @param {MediaQueryList} still whether motion is reduced */
@@ -66,7 +66,7 @@ export class Show {
       this.layOut();
     }
     this.#streaks.clear();
-    this.#encore.clear();
+    this.#landingZoom.clear();
     this.celebration.hide();
     this.#won = null;
     table.onPassed = this.ghost.follow;
@@ -75,7 +75,7 @@ export class Show {
   /** Our next ball falls: clears what is shown of the last landing. An auto-drop leaves a win's card its time. */
   #dropped() {
     if (!this.game.auto) this.celebration.hide();
-    if (!this.#encore.looking) this.#encore.clear();
+    if (!this.#landingZoom.looking) this.#landingZoom.clear();
   }
 
   /** Our drop's landing was shown. @param {Played} played */
@@ -89,8 +89,8 @@ export class Show {
     const { board, solve } = game.room.table ?? {};
     if (drop && game.choice.pace === "instant" && !still) this.#streaks.add(drop);
     const won = looked && bin !== null && score >= WIN;
-    if (drop && board && solve && bin !== null && (last || won) && !this.#encore.looking) {
-      this.#encore.begin(drop, board, (x) => solve({ seed: "0", x }), still);
+    if (drop && board && solve && bin !== null && (last || won) && !this.#landingZoom.looking) {
+      this.#landingZoom.begin(drop, board, (x) => solve({ seed: "0", x }), still);
     }
     if (won && (!this.#won || score > this.#won.score)) this.#won = played;
     if (last && drop && board && bin !== null && !won) {
@@ -117,15 +117,15 @@ export class Show {
     const still = this.still.matches;
     const lab = document.documentElement.dataset.drawer === "lab";
     const streaking = this.#streaks.show(scene, now / 1000);
-    const encore = this.#encore.show(scene, now / 1000, still, lab);
-    this.#look(this.#encore.near);
-    if (this.#won && !this.#encore.looking) {
+    const zooming = this.#landingZoom.show(scene, now / 1000, still, lab);
+    this.#look(this.#landingZoom.near);
+    if (this.#won && !this.#landingZoom.looking) {
       this.celebration.celebrate(this.#won, still);
       this.#won = null;
     }
     this.ghost.paint(now);
     const celebrating = this.celebration.show(now);
-    return streaking || encore || celebrating || this.#won !== null || this.ghost.pending;
+    return streaking || zooming || celebrating || this.#won !== null || this.ghost.pending;
   }
 
   /** Zooms in on a point of the board, or out again. @param {Point | null} place m; null zooms out */

@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { emptyScene } from "../../../../static/js/model/scene.js";
-import { Encore } from "../../../../static/js/play/show/encore.js";
+import { LandingZoom } from "../../../../static/js/play/show/landing-zoom.js";
 import { openSolver } from "../../../../static/js/solver/solver.js";
 import { triangle } from "../../support.js";
 
@@ -18,12 +18,12 @@ function seen(pays, times, still = false) {
   board.bins.multipliers = board.bins.multipliers.map(() => pays);
   board.drop = { ...board.drop, jitter: 0.25 };
   const whole = solver.read(board);
-  const encore = new Encore();
-  encore.begin(solver.drop(whole, { seed: "42" }), board, (x) => solver.drop(whole, { x }), still);
+  const zoom = new LandingZoom();
+  zoom.begin(solver.drop(whole, { seed: "42" }), board, (x) => solver.drop(whole, { x }), still);
   return times.map((wall) => {
     const scene = emptyScene();
-    const goesOn = encore.show(scene, wall, still, false);
-    return { near: encore.near !== null, looking: encore.looking, lights: scene.flashes.length > 0, goesOn };
+    const goesOn = zoom.show(scene, wall, still, false);
+    return { near: zoom.near !== null, looking: zoom.looking, lights: scene.flashes.length > 0, goesOn };
   });
 }
 

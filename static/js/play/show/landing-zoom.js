@@ -19,7 +19,7 @@ const TRAIL = 10;
 const TRAIL_S = 0.008;
 
 /** Shows our last landing until another ball falls. */
-export class Encore {
+export class LandingZoom {
   /** @type {{drop: Solved, pegs: Peg[], fork: Fork | null, score: number, slow: boolean} | null} */
   #shown = null;
   /** @type {number | null} local time at which it began, s */
