@@ -5,15 +5,15 @@ import { byId } from "../util/dom.js";
 
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Game } from "./game.js" */
-/** @import { Picture } from "./show/picture.js" */
+/** @import { BoardScreen } from "./show/board-screen.js" */
 
 const GESTURES = ["pointermove", "pointerdown", "keydown", "focusin"];
 
 /**
- * @param {Game} game @param {Theme} theme @param {Picture} picture
+ * @param {Game} game @param {Theme} theme @param {BoardScreen} screen
  * @returns {(drawer: string) => Promise<void>} loads what a drawer needs; rejects if that cannot be fetched
  */
-export function loadLater(game, theme, picture) {
+export function loadLater(game, theme, screen) {
   /** @type {Promise<void> | null} */
   let sheet = null;
   /** @type {Promise<void> | null} */
@@ -21,14 +21,14 @@ export function loadLater(game, theme, picture) {
   let filled = false; // whether the sheet's buttons work
 
   const loadSheet = async () => {
-    const loading = picture.loadShow();
+    const loading = screen.loadShow();
     const { fillSheet } = await import("./panels/sheet.js");
     fillSheet(game, theme, await loading);
     filled = true;
   };
   const loadLab = async () => {
     const { InstrumentPanel } = await import("./panels/instruments.js");
-    picture.instruments = new InstrumentPanel(game, theme);
+    screen.instruments = new InstrumentPanel(game, theme);
   };
   /** @param {string} drawer */
   const load = async (drawer) => {

@@ -22,7 +22,7 @@ import { showBalance } from "./panels/balance.js";
 import { showPadlock } from "./panels/padlock.js";
 import { offerWorlds } from "./panels/worlds.js";
 import { leadBack, roomOfAddress } from "./rooms.js";
-import { Picture } from "./show/picture.js";
+import { BoardScreen } from "./show/board-screen.js";
 
 async function start() {
   const asked = new URLSearchParams(window.location.search);
@@ -42,12 +42,12 @@ async function start() {
   const streams = streamsFor(asked.get("stream"), solver !== null);
   const game = new Game({ storage: local, solver, streams, room: roomOfAddress() });
   window.addEventListener("popstate", () => game.enter(roomOfAddress()));
-  const picture = new Picture(game, theme);
+  const screen = new BoardScreen(game, theme);
   new Desk(game);
   new Aim(game);
   for (const panel of [offerTables, showPadlock, offerLink, showOdds, offerWorlds]) panel(game, theme);
-  showBalance(game, theme, picture.view);
-  offerDrawers(game, loadLater(game, theme, picture));
+  showBalance(game, theme, screen.view);
+  offerDrawers(game, loadLater(game, theme, screen));
   game.begin();
 }
 

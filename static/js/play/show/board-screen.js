@@ -22,7 +22,7 @@ import { offerDemo } from "./demo.js";
 /** @import { Show } from "./show.js" */
 
 /** Everything drawn and played of a room. */
-export class Picture {
+export class BoardScreen {
   #digest = "";
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
   /** Loaded with the first ball. @type {Promise<Show> | null} */
