@@ -2,7 +2,7 @@
 // release, so that each release has its own worker and cache. js/util/offline.js registers it.
 
 const CACHE = `plinko${new URL(self.location.href).search}`;
-const PAGES = ["", "sandbox.html", "replay.html", "compare.html", "editor.html", "today.html", "verify.html"];
+const PAGES = ["", "sandbox.html", "replay.html", "editor.html", "today.html", "verify.html"];
 const BOARDS = "api/v1/boards";
 
 // Finds the files that a page or a module refers to.

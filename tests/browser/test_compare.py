@@ -2,7 +2,6 @@
 
 import math
 import re
-import urllib.parse
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
 
-LINK = "/compare.html?board=triangle-12&seed=42"
+LINK = "/replay.html?board=triangle-12&seed=42&compare"
 
 
 def parted(one: Drop, two: Drop) -> float | None:
@@ -99,26 +98,6 @@ def test_the_plot_goes_by_time_or_by_impacts_and_leads_there(opened: Open) -> No
     assert min(abs(at - t) for t in hits) < 1e-9, "at one of the impacts"
 
 
-def test_a_seed_that_parts_is_found(opened: Open) -> None:
-    screen = opened(f"{LINK}&shift=1e-3").paused()
-    screen.page.get_by_role("button", name="Find a pair that splits").click()
-    screen.page.wait_for_url(re.compile("seed=(?!42)"))
-    screen.state("replay")
-    query = urllib.parse.parse_qs(urllib.parse.urlsplit(screen.page.url).query)
-    board = Board.preset("triangle-12")
-    one = drop(board, query["seed"][0])
-    two = drop(board, query["seed"][0], x=one.x_start + 1e-3)
-    assert parted(one, two) is not None
-    check_verdict(screen, one, two)
-
-
-def test_it_opens_on_balls_a_nanometre_apart_one_of_which_wins(opened: Open) -> None:
-    screen = opened("/compare.html").state("replay")
-    both = screen.page.locator("#both")
-    expect(both).to_contain_text("110x")
-    expect(both).to_contain_text("0.5x")
-
-
 def test_a_start_at_the_edge_is_shifted_inwards(opened: Open) -> None:
     zone = Board.preset("triangle-12").drop
     edge = zone.x + zone.span
@@ -137,7 +116,7 @@ def test_a_seed_that_is_none_is_named(opened: Open) -> None:
 
 
 def test_an_unknown_board_is_reported(opened: Open, complaints: Complaints) -> None:
-    screen = opened("/compare.html?board=nonagon").state("failed")
+    screen = opened("/replay.html?board=nonagon&compare").state("failed")
     expect(screen.result).to_contain_text("nonagon")
     complaints.allow("404")
 

@@ -9,16 +9,18 @@ from playwright.sync_api import expect
 from tests.browser.conftest import Open
 
 REPLAY = "/replay.html?board=triangle-8&seed=1"
-COMPARE = "/compare.html?board=triangle-8&seed=1"
+COMPARE = "/replay.html?board=triangle-8&seed=1&compare"
 
 
 @pytest.mark.parametrize("address", [REPLAY, COMPARE])
 def test_a_start_may_have_a_comma(opened: Open, address: str) -> None:
-    page = opened(address).state("replay").page
+    page = opened(address).state("replay").curious().page
     page.locator("#other-x").fill("0,0625")
     page.locator("#other-x").press("Enter")
     page.wait_for_url(re.compile(r"[?&]x=0\.0625"))
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
+    if address == REPLAY:
+        page.locator("#curious summary").click()
     expect(page.locator("#other-x")).to_have_value("0.0625")
     page.locator("#other-x").fill("here")
     page.locator("#other-x").press("Enter")

@@ -49,7 +49,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     page.evaluate(LET_GO, json.dumps(LOGS["drops"]()))
     expect(checked).to_contain_text("room.json ist auf dieser Seite nachgerechnet: 4 Würfe")
 
-    page.goto(f"{base}/compare.html?board=triangle-16&seed=42")
+    page.goto(f"{base}/replay.html?board=triangle-16&seed=42&compare")
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
 
     page.goto(f"{base}/editor.html?board=triangle-8")

@@ -17,6 +17,6 @@ def test_a_replay_shows_its_bin_as_certified_with_the_enclosure(opened: Open) ->
 
 
 def test_compare_shows_where_two_proven_paths_part(opened: Open) -> None:
-    screen = opened("/compare.html?board=triangle-8&seed=42&shift=seed&with=43").state("replay")
+    screen = opened("/replay.html?board=triangle-8&seed=42&compare&with=43").state("replay")
     screen.page.get_by_role("button", name="Prove where they part").click()
     expect(screen.page.locator("#proven")).to_contain_text("events are common to both, then the")

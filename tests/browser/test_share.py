@@ -42,7 +42,7 @@ def other_site(server: ServerProcess) -> Iterator[str]:
 def test_another_site_shows_a_drop_in_a_frame_its_end_only_last(
     opened: Open, other_site: str, complaints: Complaints
 ) -> None:
-    screen = opened(f"{other_site}/embed/replay?{DROP}")
+    screen = opened(f"{other_site}/replay.html?{DROP}&embed")
     frame = screen.page.frame_locator("iframe")
     result = frame.locator("#result")
     expect(result).to_have_text("Guess where it lands.")
@@ -59,7 +59,7 @@ def test_another_site_shows_a_drop_in_a_frame_its_end_only_last(
 
 def test_a_frame_of_any_shape_shows_the_whole_board_and_its_key(opened: Open) -> None:
     for width, height in ((1280, 800), (520, 580), (360, 400)):
-        screen = opened(f"/embed/replay?{DROP}", viewport={"width": width, "height": height})
+        screen = opened(f"/replay.html?{DROP}&embed", viewport={"width": width, "height": height})
         screen.state("replay")
         for part in ("#drop", "#board"):
             box = screen.page.locator(part).bounding_box()
@@ -108,7 +108,7 @@ def test_a_drop_is_shared_as_link_frame_poster_film_and_record(opened: Open) -> 
     page.get_by_role("button", name="Copy link").click()
     expect(text).to_have_value(f"{screen.url}/replay.html?{DROP}&guess")
     page.get_by_role("button", name="Copy HTML frame").click()
-    source = f"{screen.url}/embed/replay?{DROP}".replace("&", "&amp;")
+    source = f"{screen.url}/replay.html?{DROP}&embed".replace("&", "&amp;")
     assert f'<iframe src="{source}" title="Seed 42 – Plinko"' in text.input_value()
     kinds = {"Poster": "image/png", "Film": "image/webp", "Record": "application/json"}
     for name, kind in kinds.items():

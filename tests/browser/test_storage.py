@@ -35,11 +35,11 @@ STARTED = {
     "/": "[data-state=asleep] #drop:enabled",
     "/sandbox.html": "[data-state=live] #throw, [data-state=asleep] #throw",
     "/replay.html?board=triangle-8&seed=1": "[data-state=replay] #play",
-    "/compare.html?board=triangle-8&seed=1": "[data-state=replay] #play",
+    "/replay.html?board=triangle-8&seed=1&compare": "[data-state=replay] #play",
     "/editor.html?board=triangle-8": "[data-state=asleep] #test",
     "/today.html": "[data-state=replay] .pick",
     "/verify.html": "[data-ready=true] #file",
-    "/embed/replay?board=triangle-8&seed=1": "[data-state=replay] #drop:enabled",
+    "/replay.html?board=triangle-8&seed=1&embed": "[data-state=replay] #drop:enabled",
     "/stage.html": "[data-state=asleep], [data-state=live]",
     "/no-such-page": ".lost",
 }

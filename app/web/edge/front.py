@@ -53,7 +53,7 @@ SECURITY_HEADERS: Final = {
 _SECURITY_FIELDS = [(name.encode(), value.encode()) for name, value in SECURITY_HEADERS.items()]
 _POLICY = b"content-security-policy"
 _FRAMED = b"frame-ancestors *"
-EMBEDDED: Final = {"content-security-policy": f"{_OWN_ONLY}base-uri 'self'; {_FRAMED.decode()}"}
+EMBEDDED: Final = {"content-security-policy": f"{_OWN_ONLY}base-uri 'none'; {_FRAMED.decode()}"}
 """Headers of the only page that other sites may show in a frame."""
 
 MAX_BODY: Final = 1 << 20  # bytes of a request's body

@@ -245,7 +245,7 @@ def _code(bundle: _Bundle, bundles: list[_Bundle], language: str, texts: Texts) 
     shared = sorted({name for other in later for name in bundle.used_by(other)})
     lines += [f"export {{{', '.join(shared)}}};\n"] if shared else []
     if bundle.before:
-        names = _RETURNED.search(bundle.modules[bundle.entry])
-        assert names, f"{bundle.entry} exports nothing"
-        lines.append(f"export const {{{names[1]}}} = {_name(bundle.entry)};\n")
+        given = _RETURNED.search(bundle.modules[bundle.entry])
+        assert given, f"{bundle.entry} exports nothing"
+        lines.append(f"export const {{{given[1]}}} = {_name(bundle.entry)};\n")
     return _LATER.sub(rf'import("\1.{language}.js")', "".join(lines))

@@ -13,7 +13,7 @@ import brotli
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import RedirectResponse, Response
 from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
@@ -31,7 +31,9 @@ _METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 # Every file also has an address whose content never changes: v-<digest of all files>/<path>.
 _ADDRESS = re.compile("v-([0-9a-f]{16})/(.+)")
 _FOR_GOOD = "public, max-age=31536000, immutable"
-_EMBED = {"embed/replay": "embed.html"}  # the only page that other sites may show in a frame
+_VIEWS = ("embed", "compare")  # options of a replay; other sites may show `embed` in a frame
+_FORMER = {"embed/replay": "../replay.html?{}&embed", "compare.html": "replay.html?{}&compare"}
+"""Addresses of version 1.0, and what they are now."""
 _LANGUAGE = "language"
 """The cookie with the language that the visitor chose; without cookies it is in the address."""
 _SCHEME = "scheme"  # the cookie with light or dark, so that the page begins in these colours
@@ -111,6 +113,9 @@ class Page(StaticFiles):
             text = text.replace("<html ", f'<html data-scheme="{scheme}" ', 1)
         if not self._proofs:
             text = text.replace("<html ", '<html data-proofs="none" ', 1)
+        view = next((each for each in _VIEWS if each in request.query_params), None)
+        if name == "replay.html" and view:
+            text = text.replace("<html ", f'<html data-view="{view}" ', 1)
         text = _OWN_PARTS.sub(rf'\1="v-{release.digest}/\2', text)
         if name == _LOST:  # it is shown at any path, so its links must start at the root
             text = _OWN_LINKS.sub(rf'\1="{scope.get("root_path", "")}/', text)
@@ -119,6 +124,8 @@ class Page(StaticFiles):
             text = text.replace("  </head>", f"{about}  </head>")
         response = self._made(text, scope, "text/html", status_code)
         response.headers.add_vary_header("accept-language, cookie")
+        if name == "replay.html" and view == "embed":
+            response.headers.update(EMBEDDED)
         return response
 
     def _made(self, text: str, scope: Scope, kind: str, status_code: int = 200) -> Response:
@@ -147,8 +154,8 @@ class Page(StaticFiles):
             release = await asyncio.to_thread(self.prepare)
         of_release = _ADDRESS.fullmatch(path)
         path = of_release[2] if of_release else path
-        embedded = _EMBED.get(path)
-        path = embedded or path
+        if path in _FORMER:
+            return RedirectResponse(_FORMER[path].format(scope["query_string"].decode("latin-1")))
         try:
             if path in release.made:
                 response = self._made(release.made[path], scope, _KINDS[Path(path).suffix])
@@ -171,8 +178,6 @@ class Page(StaticFiles):
         # which must not be cached under that address.
         for_good = of_release is not None and of_release[1] == release.digest
         response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
-        if embedded:
-            response.headers.update(EMBEDDED)
         return response
 
     async def _pack(self, path: str, scope: Scope, whole_file: Response) -> Response:

@@ -75,9 +75,9 @@ export async function fillBoards(value, name) {
  * Whether all these fields contain seeds. Otherwise it shows a message about the first invalid one, and
  * focuses it.
  * @param {HTMLInputElement[]} fields @param {string} needs the message for an empty field
+ * @param {HTMLElement} [note] shows it
  */
-export function holdSeeds(fields, needs) {
-  const note = byId("other-note");
+export function holdSeeds(fields, needs, note = byId("other-note")) {
   for (const field of fields) {
     const reading = readSeed(field.value);
     const good = reading.ok && reading.seed !== null;
@@ -120,7 +120,7 @@ export function linkPages(drop) {
   const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
   const links = {
     "to-table": tableLink(drop.board), back: tableLink(drop.board),
-    "to-replay": `replay.html?${search}${hash}`, "to-compare": `compare.html?${search}${hash}`,
+    "to-replay": `replay.html?${search}${hash}`,
     "to-editor": hash ? `editor.html${hash}` : `editor.html?board=${drop.board}`,
   };
   for (const [id, href] of Object.entries(links)) {

@@ -57,7 +57,6 @@ export class Keeping {
     const hash = `#board=${packed}`;
     window.history.replaceState(null, "", `${window.location.pathname}${hash}`);
     byId("to-replay", HTMLAnchorElement).href = `replay.html?seed=1${hash}`;
-    byId("to-compare", HTMLAnchorElement).href = `compare.html?seed=1${hash}`;
     this.linkField.hidden = true;
   }
 

@@ -4,7 +4,7 @@ import { fillBoards, holdNumber, holdSeeds, linkPages, openPage, showState } fro
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
-import { readDrop, replayLink } from "../net/drop-address.js";
+import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
@@ -16,6 +16,7 @@ import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { Guess, guessWords } from "./guess.js";
 import { ImpactList } from "./impact-list.js";
+import { readShift } from "./pair.js";
 import { dropOf, prove, Replay } from "./replay.js";
 import { offerShare } from "./share.js";
 import { Transport } from "./transport.js";
@@ -170,7 +171,6 @@ function showRecord({ record, board, motion }, drop) {
   const { bin, score, seed } = record;
   showState("replay", t("page.replay"));
   document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
-  linkPages(drop);
   fillFacts(byId("facts"), [
     ["fact.board", board.name],
     ["fact.seed", seed],
@@ -187,6 +187,11 @@ function showRecord({ record, board, motion }, drop) {
     ...sureness(record),
     ["fact.digest", record.digest],
   ]);
+}
+
+/** The form for another drop. @param {DropAddress} drop @param {string} view */
+function offerOther(drop, view) {
+  linkPages(drop);
   const form = byId("other", HTMLFormElement);
   const [seedField, x] = [inputOf(form, "seed"), inputOf(form, "x")];
   const [other, solver] = [fieldOf(form, "board"), fieldOf(form, "solver")];
@@ -196,7 +201,7 @@ function showRecord({ record, board, motion }, drop) {
   onSubmit("other", () => {
     if (!holdSeeds([seedField], t("replay.needs-seed")) || !holdNumber(x)) return;
     const asked = { board: other.value, seed: seedField.value, x: x.value, solver: solver.value };
-    window.location.assign(replayLink(asked));
+    window.location.assign(replayLink(asked) + (view && `&${view}`));
   });
 }
 
@@ -210,15 +215,59 @@ function sureness({ amplification, x_error: error, certain }) {
   ];
 }
 
+/**
+ * The form for a second ball to compare with.
+ * @param {DropAddress} drop @param {URLSearchParams} search
+ */
+function offerComparison(drop, search) {
+  const form = byId("versus", HTMLFormElement);
+  const [seed, shift] = [inputOf(form, "with"), fieldOf(form, "shift")];
+  seed.value = search.get("with") ?? "";
+  shift.value = seed.value ? "seed" : readShift(search.get("shift"));
+  const show = () => { byId("second").hidden = shift.value !== "seed"; };
+  form.addEventListener("change", show);
+  show();
+  onSubmit("versus", () => {
+    const seeded = shift.value === "seed";
+    if (seeded && !holdSeeds([seed], t("compare.needs-seed"), byId("versus-note"))) return;
+    const { hash } = window.location; // may contain the board
+    const asked = dropSearch({ ...drop, board: hash ? "" : drop.board });
+    if (seeded) asked.set("with", seed.value);
+    else asked.set("shift", shift.value);
+    window.location.assign(`replay.html?${asked}&compare${hash}`);
+  });
+}
+
+/** @returns {"" | "compare" | "embed"} what the address asks for instead of a plain replay; the server marks it too */
+function viewOf(/** @type {URLSearchParams} */ search) {
+  return search.has("embed") ? "embed" : search.has("compare") ? "compare" : "";
+}
+
 openPage(async (theme) => {
-  offerFileCheck();
   const search = new URLSearchParams(window.location.search);
   if (search.has("today")) window.location.replace("today.html"); // a link of release 1.0
+  const view = viewOf(search);
+  document.documentElement.dataset.view = view;
+  if (view === "embed") byId("drop").after(byId("result"));
+  offerFileCheck();
   const { board, drop } = await dropOf(readDrop(search));
-  const replay = await Replay.load(board, drop);
-  const page = new ReplayPage(theme, replay, drop);
-  showRecord(replay, drop);
-  offerShare(drop, window.location.hash);
-  page.begin(search.has("guess"));
+  offerOther(drop, view);
+  offerComparison(drop, search);
+  if (view === "embed") {
+    const { embed } = await import("./embed.js");
+    embed(theme, await Replay.compute(board, drop), drop);
+    return;
+  }
+  if (view === "compare") {
+    const { compare } = await import("./compare.js");
+    byId("curious", HTMLDetailsElement).open = true;
+    await compare(theme, board, drop, search);
+  } else {
+    const replay = await Replay.load(board, drop);
+    const page = new ReplayPage(theme, replay, drop);
+    showRecord(replay, drop);
+    offerShare(drop, window.location.hash);
+    page.begin(search.has("guess"));
+  }
   await fillBoards(drop.board, board.name);
 });

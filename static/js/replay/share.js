@@ -23,7 +23,6 @@ const FRAME = { width: 520, height: 580 }; // CSS pixels, for a board about as w
 export function offerShare(drop, hash) {
   const note = byId("share-note");
   const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
-  const at = (/** @type {string} */ path) => new URL(`${path}?${search}${hash}`, document.baseURI).href;
   const name = `plinko-${drop.seed}`;
   for (const [id, part, end, query] of FILES) {
     const link = byId(id, HTMLAnchorElement);
@@ -36,7 +35,7 @@ export function offerShare(drop, hash) {
   });
   const link = new URL(`replay.html?${search}&guess${hash}`, document.baseURI).href;
   offer("share-link", link, "replay.link-copied", "replay.link-marked");
-  const frame = frameOf(at("embed/replay"), t("replay.frame-title", { seed: drop.seed }));
+  const frame = frameOf(new URL(`replay.html?${search}&embed${hash}`, document.baseURI).href, t("replay.frame-title", { seed: drop.seed }));
   offer("share-frame", frame, "replay.frame-copied", "replay.frame-marked");
   const video = byId("share-video", HTMLButtonElement);
   video.addEventListener("click", async () => {

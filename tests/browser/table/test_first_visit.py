@@ -10,8 +10,11 @@ from tests.kit.process import ServerProcess
 
 DESK, PHONE = (1280, 800), (390, 844)
 PAGES = [
-    *((path, DESK) for path in ("", "compare.html", "replay.html", "editor.html", "sandbox.html")),
-    ("compare.html", PHONE),
+    *(
+        (path, DESK)
+        for path in ("", "replay.html?compare", "replay.html", "editor.html", "sandbox.html")
+    ),
+    ("replay.html?compare", PHONE),
 ]
 SCREENS = [(360, 640), (390, 844), (700, 900), (1280, 800)]
 

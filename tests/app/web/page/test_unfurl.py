@@ -62,14 +62,34 @@ def test_a_link_s_parameters_cannot_leave_their_attribute() -> None:
 
 
 def test_one_page_may_be_framed_by_other_sites_and_no_other(http: httpx.Client) -> None:
-    framed = http.get("/embed/replay?board=triangle-8&seed=42")
+    framed = http.get("/replay.html?board=triangle-8&seed=42&embed")
     assert framed.status_code == 200
     assert "frame-ancestors *" in framed.headers["content-security-policy"]
     assert "x-frame-options" not in framed.headers
-    for path in ("/", "/replay.html", "/embed.html", "/embed", "/api/v1/boards"):
+    for path in ("/", "/replay.html", "/?embed", "/embed", "/api/v1/boards"):
         headers = http.get(path).headers
         assert "frame-ancestors 'none'" in headers["content-security-policy"], path
         assert headers["x-frame-options"] == "DENY"
+
+
+@pytest.mark.parametrize(
+    ("former", "now"),
+    [
+        (
+            "/compare.html?board=classic&seed=1&shift=1e-9",
+            "board=classic&seed=1&shift=1e-9&compare",
+        ),
+        ("/embed/replay?board=classic&seed=1", "board=classic&seed=1&embed"),
+    ],
+)
+def test_addresses_of_the_first_version_lead_to_the_replay(
+    http: httpx.Client, former: str, now: str
+) -> None:
+    answer = http.get(former, follow_redirects=True)
+    assert answer.status_code == 200
+    assert str(answer.url).endswith(f"/replay.html?{now}")
+    view = now.rpartition("&")[2]
+    assert f'data-view="{view}"' in answer.text
 
 
 def test_a_site_below_a_path_names_itself_by_that_path() -> None:

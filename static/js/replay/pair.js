@@ -1,8 +1,6 @@
-// Chooses the two drops to compare: the pair that the page opens with, and a second drop that differs from the first
-// by its seed or by a small shift of its start. Pure.
+// The second drop of a comparison: it differs from the first by its seed or by a small shift of its start. Pure.
 
 import { startSpan } from "../model/board.js";
-import { HOUSE, readBoardName } from "../model/presets.js";
 import { nextDown, nextUp } from "../util/doubles.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -43,34 +41,4 @@ export function secondDrop(board, first, x, shift, seed) {
 /** @param {string | null} text from a link @returns {string} one of SHIFTS */
 export function readShift(text) {
   return SHIFTS.find((shift) => shift === text) ?? LAST_BIT;
-}
-
-/**
- * @typedef {object} OpeningPair
- * @property {string} seed of the first ball
- * @property {string} shift of the second ball's start
- */
-
-// By the rows of the house table's triangle (its pegs are the same at every risk) or the board's name. Each pair has
-// the smallest shift that leads to different bins within a thousand seeds, and few impacts.
-/** @type {Record<string, OpeningPair>} */
-const PAIRS = {
-  8: { seed: "719", shift: "1e-12" },
-  9: { seed: "15", shift: "1e-9" },
-  10: { seed: "565", shift: "1e-12" },
-  11: { seed: "12", shift: "1e-12" },
-  12: { seed: "6", shift: "1e-12" },
-  13: { seed: "7", shift: "1e-12" },
-  14: { seed: "956", shift: "bit" },
-  15: { seed: "165", shift: "bit" },
-  16: { seed: "322243", shift: "1e-9" }, // the one of 400,000 seeds whose balls get 110x and 0.5x
-  classic: { seed: "38", shift: "1e-12" },
-  galton: { seed: "0", shift: "bit" },
-};
-
-/** @param {string} board a preset's name or a digest @returns {OpeningPair | null} null unless of the house table */
-export function openingPair(board) {
-  const known = readBoardName(board);
-  if (!known || known.world !== HOUSE) return null;
-  return PAIRS[known.kind === "triangle" ? known.rows : known.kind] ?? null;
 }

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { secondDrop } from "../../../static/js/compare/pair.js";
+import { secondDrop } from "../../../static/js/replay/pair.js";
 
 const board = /** @type {any} */ ({ drop: { x: 0, y: -0.5, jitter: 0.02, reach: 0.1, aim: 0.08 } });
 const aimed = { board: "triangle-8", seed: "42", x: null, aim: "0.05" };

@@ -1,19 +1,20 @@
-// The page that other sites embed in a frame: the player guesses where a drop lands, lets it fall, and sees.
+// A drop in a frame of another site: the player guesses where it lands, lets it fall, and sees.
 
-import { openPage, showState } from "../board/page.js";
+import { showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
-import { replayLink, readDrop } from "../net/drop-address.js";
+import { replayLink } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
 import { prizeOf } from "../paint/prizes.js";
-import { dropOf, Replay } from "../replay/replay.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { FrameLoop } from "../util/frame-loop.js";
 
+/** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Theme } from "../paint/theme.js" */
+/** @import { Replay } from "./replay.js" */
 
-/** @param {Theme} theme @param {Replay} replay */
-function show(theme, replay) {
+/** @param {Theme} theme @param {Replay} replay @param {DropAddress} drop */
+export function embed(theme, replay, drop) {
   const { board, record: { bin, score }, duration, end } = replay;
   const [button, result] = [byId("drop", HTMLButtonElement), byId("result")];
   let [time, lastMs, falling] = [0, 0, false];
@@ -51,13 +52,8 @@ function show(theme, replay) {
   result.textContent = t("embed.guess");
   button.disabled = false;
   loop.wake();
-}
-
-openPage(async (theme) => {
-  const { search, hash } = window.location;
-  const { board, drop } = await dropOf(readDrop(new URLSearchParams(search)));
-  show(theme, await Replay.compute(board, drop));
+  const { hash } = window.location;
   byId("more", HTMLAnchorElement).href = hash ? `replay.html?seed=${drop.seed}${hash}` : replayLink(drop);
   document.title = t("replay.title-seed", { seed: drop.seed, board: board.name });
   showState("replay", t("play.ready"));
-});
+}

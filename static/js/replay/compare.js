@@ -1,23 +1,22 @@
-// The compare page: shows two drops at once, with their paths, their distance, and when they part.
+// Compares a replay with a second drop: their paths, their distance, and when they part. Loaded when it is asked for.
 
-import { DEFAULT_BOARD, fillBoards, holdNumber, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
+import { showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { partingWords } from "../model/certificate.js";
 import { emptyScene } from "../model/scene.js";
-import { MAX_SEED } from "../model/seed.js";
-import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
+import { replayLink } from "../net/drop-address.js";
 import { paintPath } from "../paint/marks.js";
-import { dropOf, prove, Replay } from "../replay/replay.js";
-import { Transport } from "../replay/transport.js";
 import { t as words } from "../texts/text.js";
-import { byId, factId, fieldOf, inputOf, make, onChoice, onClick, onSubmit, radioValue } from "../util/dom.js";
+import { byId, factId, make, onChoice, onClick, radioValue } from "../util/dom.js";
 import { bitsOf } from "../util/doubles.js";
 import { fixed, multiplier, rounded, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { Divergence, FLOOR } from "./divergence.js";
-import { openingPair, readShift, secondDrop } from "./pair.js";
+import { readShift, secondDrop } from "./pair.js";
+import { prove, Replay } from "./replay.js";
+import { Transport } from "./transport.js";
 
 /** @import { Layer } from "../board/stage.js" */
 /** @import { Board } from "../model/board.js" */
@@ -26,11 +25,10 @@ import { openingPair, readShift, secondDrop } from "./pair.js";
 /** @import { Key } from "../texts/text.js" */
 
 const BITS = 12; // last bits shown of a start
-const TRIES = 40; // seeds tried to find two balls that part
 
 /** Both drops. @typedef {{board: Board, one: Replay, two: Replay, drops: [DropAddress, DropAddress]}} Pair */
 
-class ComparePage {
+class Comparison {
   /** @param {Theme} theme @param {Pair} pair */
   constructor(theme, pair) {
     const { board, one, two } = pair;
@@ -46,7 +44,7 @@ class ComparePage {
     this.chart = new Chart(byId("distance", HTMLCanvasElement), theme, (x) => {
       this.transport.seek(this.againstHits ? (one.motion.hits[Math.round(x) - 1]?.t ?? 0) : x);
     });
-    onClick("certify", () => prove(pair.drops, byId("proven"), "compare.proving", ([first, second]) => (
+    onClick("prove", () => prove(pair.drops, byId("proven"), "compare.proving", ([first, second]) => (
       ["", partingWords(first, second)])));
     onChoice("against", () => this.#plot());
     this.#plot();
@@ -137,61 +135,6 @@ function showBoth({ board, one, two, drops }, apart) {
   }));
 }
 
-/**
- * Fills the form for another pair.
- * @param {Board} board
- * @param {DropAddress} first
- * @param {string | null} secondSeed the second ball's seed; null if its start is shifted instead
- * @param {string} by the shift of the second start
- */
-function offerOthers(board, first, secondSeed, by) {
-  linkPages(first);
-  const form = byId("other", HTMLFormElement);
-  const [seed, x, other] = [inputOf(form, "seed"), inputOf(form, "x"), inputOf(form, "with")];
-  const [wanted, shift] = [fieldOf(form, "board"), fieldOf(form, "shift")];
-  seed.value = first.seed;
-  x.value = String(first.x ?? "");
-  other.value = secondSeed ?? "";
-  shift.value = secondSeed ? "seed" : by;
-  const show = () => { byId("second").hidden = shift.value !== "seed"; };
-  form.addEventListener("change", show);
-  show();
-  onSubmit("other", () => {
-    const seeded = shift.value === "seed";
-    if (!holdSeeds(seeded ? [seed, other] : [seed], words("compare.needs-seed")) || !holdNumber(x)) return;
-    // An aim belongs to its board, and an explicit start has none.
-    const aim = x.value || wanted.value !== first.board ? null : first.aim;
-    const search = dropSearch({ ...first, board: wanted.value, seed: seed.value, x: x.value, aim });
-    if (seeded) search.set("with", other.value);
-    else search.set("shift", shift.value);
-    window.location.assign(`compare.html?${search}`);
-  });
-  onClick("find", () => find(board, first, readShift(shift.value)));
-}
-
-/**
- * Opens the next seed whose two balls part, or says that none of TRIES does.
- * @param {Board} board
- * @param {DropAddress} first
- * @param {string} shift
- */
-async function find(board, first, shift) {
-  const note = byId("found");
-  for (let i = 1; i <= TRIES; i += 1) {
-    const seed = String((BigInt(first.seed) + BigInt(i)) % (MAX_SEED + 1n));
-    note.textContent = words("compare.looking", { seed });
-    const drop = { ...first, seed, x: null };
-    const { one, two } = await loadPair(board, drop, shift, null);
-    if (!new Divergence(one.motion, two.motion).parting(board.ball.radius)) continue;
-    const { hash } = window.location;
-    const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
-    search.set("shift", shift);
-    window.location.assign(`compare.html?${search}${hash}`);
-    return;
-  }
-  note.textContent = words("compare.not-found", { n: TRIES });
-}
-
 /** @param {number} radius m @param {Divergence} apart @returns {string} says when they part */
 function verdictOf(radius, apart) {
   const start = apart.at(0);
@@ -233,20 +176,14 @@ function bits(x, from) {
   return make("span", { class: "bits" }, `…${mine.slice(0, at)}`, ...(at < mine.length ? [tail] : []));
 }
 
-openPage(async (theme) => {
-  const search = new URLSearchParams(window.location.search);
-  const asked = readDrop(search);
-  const secondSeed = search.get("with");
-  const open = !asked.seed && !asked.x && !search.get("shift") && !secondSeed;
-  // A link that names no drops opens a pair that parts.
-  const known = open ? openingPair(asked.board || DEFAULT_BOARD) : null;
-  const shift = known?.shift ?? readShift(search.get("shift"));
-  const { board, drop } = await dropOf({ ...asked, seed: known?.seed ?? asked.seed });
-  const pair = await loadPair(board, drop, shift, secondSeed);
-  const page = new ComparePage(theme, pair);
-  showBoth(pair, page.apart);
-  offerOthers(board, drop, secondSeed, shift);
-  await fillBoards(drop.board, board.name);
+/**
+ * @param {Theme} theme @param {Board} board @param {DropAddress} drop
+ * @param {URLSearchParams} search `with`: the second seed; `shift`: of the second start, without a seed
+ */
+export async function compare(theme, board, drop, search) {
+  const pair = await loadPair(board, drop, readShift(search.get("shift")), search.get("with"));
+  const comparison = new Comparison(theme, pair);
+  showBoth(pair, comparison.apart);
   showState("replay", words("page.compare"));
-  page.transport.begin();
-});
+  comparison.transport.begin();
+}
