@@ -33,6 +33,7 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
 
     page.goto(f"{base}/replay.html?board=triangle-16&seed=42")
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
+    page.locator("#curious summary").click()
     page.get_by_role("button", name="Prüfen").click()
     expect(page.locator("#verdict")).to_contain_text("Auf dieser Seite nachgerechnet")
 
