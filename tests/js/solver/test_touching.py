@@ -13,7 +13,7 @@ from tests.js.conftest import MODULES, Run
 
 _TOLD = """
 const { readFileSync } = await import("node:fs");
-const { Machine } = await load("solver/touching/machine.js");
+const { Machine } = await load("solver/machine.js");
 const bytes = readFileSync(new URL("solver/touching/touching.wasm", MODULES_URL));
 const machine = await Machine.open(bytes);
 const world = new World(machine, given.scene, given.board);
