@@ -155,12 +155,12 @@ class SpreadTracer(Tracer):
         self._middle = None
         return super()._lift(touched)
 
-    def _follow(self, surface: Surface, sticks: bool, beside: tuple[Surface, ...]) -> After:
+    def _follow(self, surface: Surface, sticks: bool, touched: tuple[Surface, ...]) -> After:
         if self._middle is None:
-            return super()._follow(surface, sticks, beside)
+            return super()._follow(surface, sticks, touched)
         phase = SpreadPhase(self.scene, self.proof, self.note_contact, self._apart, self._parting)
         phase.middle = settled(self._middle.state, surface)
-        after = phase.run(self.state, surface, sticks, beside)
+        after = phase.run(self.state, surface, sticks, touched)
         if phase.middle is None:
             self._middle = None
         else:

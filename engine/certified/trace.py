@@ -194,16 +194,16 @@ class Tracer:
         return touched
 
     def _stay(
-        self, surface: Surface, beside: tuple[Surface, ...], sticks: bool, *, begins: bool = True
+        self, surface: Surface, touched: tuple[Surface, ...], sticks: bool, *, begins: bool = True
     ) -> Touched:
         """A contact phase, until the ball leaves the surface, hits another one, lands or rests.
 
-        `beside`: other surfaces that it touches and moves off. `begins`: whether the contact begins
-        here, which is an event.
+        `touched`: other surfaces that it touches and moves off. `begins`: whether the contact
+        begins here, which is an event.
         """
         if begins:
             self.note_contact(self.state, KIND_CONTACT_BEGIN, surface)
-        after = self._follow(surface, sticks, beside)
+        after = self._follow(surface, sticks, touched)
         self.state = after.state
         if after.rests:
             self.path.outcome = BALANCED
@@ -213,9 +213,9 @@ class Tracer:
             return self._meet(next(iter(after.touched)), after.hit)
         return after.touched
 
-    def _follow(self, surface: Surface, sticks: bool, beside: tuple[Surface, ...]) -> After:
+    def _follow(self, surface: Surface, sticks: bool, touched: tuple[Surface, ...]) -> After:
         phase = Phase(self.scene, self.proof, self.note_contact)
-        return phase.run(self.state, surface, sticks, beside)
+        return phase.run(self.state, surface, sticks, touched)
 
     def note_contact(self, state: State, kind: int, surface: Surface) -> None:
         self.path.events.append(Event(state, kind, contact_index(surface, state)))

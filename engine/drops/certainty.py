@@ -67,8 +67,8 @@ class Certainty:
             return False
         x, unit = float(path.start[1]), _unit(path)
         nearest_starts = (at_start(path.board, x + way * unit) for way in (-1, 1))
-        beside = (follow(path.board, start, Exact()) for start in nearest_starts)
-        return all(other.outcome == LANDED and other.bin == path.bin for other in beside)
+        paths = (follow(path.board, start, Exact()) for start in nearest_starts)
+        return all(other.outcome == LANDED and other.bin == path.bin for other in paths)
 
 
 def _unit(path: Trajectory) -> float:

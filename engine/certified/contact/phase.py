@@ -55,14 +55,14 @@ class Phase:
         self.scene, self.proof, self.note = scene, proof, note
 
     def run(
-        self, state: State, surface: Surface, sticks: bool, beside: tuple[Surface, ...]
+        self, state: State, surface: Surface, sticks: bool, touched: tuple[Surface, ...]
     ) -> After:
         """Follow the ball until it leaves the surface, hits another one, lands or rests.
 
-        `sticks`: whether the impact before stopped the slip. `beside`: other surfaces that the ball
-        touches and moves away from.
+        `sticks`: whether the impact before stopped the slip. `touched`: other surfaces that the
+        ball touches and moves away from.
         """
-        known = Known(1 if sticks else 0, joint=False, touched=beside)
+        known = Known(1 if sticks else 0, joint=False, touched=touched)
         now = self._with_mode(settled(state, surface), surface, known)
         for _ in range(_MAX_STRETCHES):
             if now.nx.is_zero() and now.u.is_zero() and now.mode != SLIDING:

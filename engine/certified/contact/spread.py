@@ -27,7 +27,7 @@ class SpreadPhase(Phase):
         super().__init__(scene, proof, note)
         self.parting, self._apart = parting, apart
         self.middle: Contact | None = None
-        self._beside: Stretch | None = None
+        self._of_middle: Stretch | None = None
         self._known = Known(0, joint=False, touched=())
 
     def _stretch(self, surface: Surface, now: Contact, known: Known) -> Stretch:
@@ -40,16 +40,16 @@ class SpreadPhase(Phase):
                 radius = self.scene.radius
                 same = replace(same, omega=same.u / radius)
                 self.parting = self.parting._replace(omega=self.parting.along / radius)
-            self._beside, self._known = Stretch(self.scene, surface, same, self.proof), known
-            ratio = self._beside.unit / stretch.unit * (1.0 - 1e-15)
-            stretch.end = min(stretch.end, self._beside.end * ratio)
+            self._of_middle, self._known = Stretch(self.scene, surface, same, self.proof), known
+            ratio = self._of_middle.unit / stretch.unit * (1.0 - 1e-15)
+            stretch.end = min(stretch.end, self._of_middle.end * ratio)
         return stretch
 
     def _moved(self, stretch: Stretch, ending: Ending) -> Contact:
         now = super()._moved(stretch, ending)
-        if self.middle is None or self._beside is None:
+        if self.middle is None or self._of_middle is None:
             return now
-        self.middle = self._middle_at(stretch, ending, self._beside)
+        self.middle = self._middle_at(stretch, ending, self._of_middle)
         if self.middle is None:
             return now
         parting = carried(stretch, ending.share, self.parting)
@@ -61,15 +61,15 @@ class SpreadPhase(Phase):
         now = replace(now, **cut)
         return now
 
-    def _middle_at(self, stretch: Stretch, ending: Ending, beside: Stretch) -> Contact | None:
+    def _middle_at(self, stretch: Stretch, ending: Ending, of_middle: Stretch) -> Contact | None:
         """The middle at the same ending; None unless it is proven to have that ending."""
         if ending.cause is Cause.STEP:
-            return beside.at(ending.share * arb(stretch.unit) / arb(beside.unit))
+            return of_middle.at(ending.share * arb(stretch.unit) / arb(of_middle.unit))
         try:
-            own = first_ending(beside, self._known, Proof())
+            own = first_ending(of_middle, self._known, Proof())
         except UndecidedError:
             return None
-        return beside.at(own.share) if own[1:] == ending[1:] else None
+        return of_middle.at(own.share) if own[1:] == ending[1:] else None
 
 
 def _by_part(now: Contact, parting: Parting, kappa: arb) -> dict[str, arb]:
