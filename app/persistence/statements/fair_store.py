@@ -13,7 +13,8 @@ from sqlalchemy import Connection, func, insert, select, tuple_, update
 
 from plinko.app.errors import PrunedError
 from plinko.app.persistence.statements import history, tables
-from plinko.app.persistence.statements.store import basis, result_of
+from plinko.app.persistence.statements.store import RECEIPTS, basis, result_of
+from plinko.app.persistence.statements.store import receipt_of as receipt_of_row
 from plinko.app.rooms.canonical import canonical
 from plinko.app.rooms.records import (
     LOG_LEAVES,
@@ -72,7 +73,7 @@ def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, in
     row = FairSessionRow(**found)
     receipt = tables.receipts.c
     last = connection.execute(
-        select(receipt.number, receipt.receipt)
+        select(receipt.number, receipt.time)
         .where(receipt.session == session_id)
         .order_by(receipt.number.desc())
         .limit(1)
@@ -81,7 +82,7 @@ def session(connection: Connection, session_id: str) -> tuple[FairSessionRow, in
         return row, msgspec.json.decode(row.end)["drops"], row.opened
     if last is None:
         return row, 0, row.opened
-    return row, last.number + 1, msgspec.json.decode(last.receipt)["time"] / 1000.0
+    return row, last.number + 1, last.time / 1000.0
 
 
 def unended(connection: Connection) -> list[tuple[str, str, int]]:
@@ -175,7 +176,9 @@ def _first_node(log: int, level: int) -> int:
 
 def receipt_of(leaf: LogLeaf) -> ReceiptRow:
     """The row of a leaf that has been added."""
-    return ReceiptRow(**_row(leaf))
+    row = _row(leaf)
+    del row["time"]
+    return ReceiptRow(**row, receipt=canonical(leaf.receipt).decode())
 
 
 def _row(leaf: LogLeaf) -> dict[str, Any]:
@@ -185,7 +188,7 @@ def _row(leaf: LogLeaf) -> dict[str, Any]:
         "number": leaf.number,
         "room": leaf.room,
         "ball": leaf.ball,
-        "receipt": canonical(leaf.receipt).decode(),
+        "time": leaf.receipt["time"],
         "root": leaf.root,
         "signature": leaf.signature,
     }
@@ -273,17 +276,12 @@ def grown(connection: Connection, since: int) -> tuple[str | None, int, Nodes]:
 
 
 def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, ResultRow | None]]:
-    receipt, result = tables.receipts, tables.results
-    joined = receipt.outerjoin(
-        result, (receipt.c.room == result.c.room) & (receipt.c.ball == result.c.ball)
-    )
+    receipt, result = tables.receipts.c, tables.results.c
     chosen = (
-        select(*receipt.c, *result.c)  # in the order of the rows' fields
-        .select_from(joined)
-        .where(receipt.c.session == session_id)
-        .order_by(receipt.c.number)
+        RECEIPTS.add_columns(*(column.label(f"result_{column.name}") for column in result))
+        .outerjoin(tables.results, (receipt.room == result.room) & (receipt.ball == result.ball))
+        .where(receipt.session == session_id)
+        .order_by(receipt.number)
     )
-    fields = len(receipt.c)
-    return [
-        (ReceiptRow(*row[:fields]), result_of(row[fields:])) for row in connection.execute(chosen)
-    ]
+    fields = len(RECEIPTS.selected_columns)
+    return [(receipt_of_row(row), result_of(row[fields:])) for row in connection.execute(chosen)]

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
 from sqlalchemy import Connection, Select, and_, or_, select, text
 
 from plinko.app.persistence.statements import tables
@@ -84,7 +83,7 @@ def _plays() -> Select[Any]:
             drop.room.label("place_room"), drop.ball, room.id, board.name, room.board,
             room.physics_version, drop.seed, drop.x, drop.aim, drop.stake, drop.practice,
             drop.name, drop.colour,
-            receipt.session, receipt.number, receipt.receipt, result.digest, result.bin,
+            receipt.session, receipt.number, receipt.time, result.digest, result.bin,
             result.score, result.payout, result.t, result.x_end, result.unsettled,
         )
         .select_from(
@@ -104,6 +103,4 @@ def _plays() -> Select[Any]:
 def _play(row: Any) -> Play:
     number, ball, *fields = row
     fields[4] = str(fields[4])
-    receipt = fields[13]
-    fields[13] = None if receipt is None else msgspec.json.decode(receipt)["time"]
     return Play((number, ball), *fields)

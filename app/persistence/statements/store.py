@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, Select, func, select
+from sqlalchemy import Connection, Row, Select, func, select
 
 from plinko.app.errors import DamagedRoomError, PrunedError, shorten
+from plinko.app.fairness.statements import Receipt
 from plinko.app.persistence.statements import tables
 from plinko.app.rooms.records import (
     DropRow,
@@ -171,9 +172,45 @@ def drop(
         raise DamagedRoomError(f"run {run} of the ledger lacks drop {ball}")
     ((row, result),) = found
     receipt = tables.receipts.c
-    chosen = select(tables.receipts).where(receipt.room == run, receipt.ball == ball)
-    signed = connection.execute(chosen).mappings().first()
-    return row, None if signed is None else ReceiptRow(**signed), result
+    chosen = RECEIPTS.where(receipt.room == run, receipt.ball == ball)
+    signed = connection.execute(chosen).first()
+    return row, None if signed is None else receipt_of(signed), result
+
+
+RECEIPTS: Final = (
+    select(
+        *tables.receipts.c,
+        tables.drops.c.stake,
+        tables.drops.c.aim,
+        tables.drops.c.seed,
+        tables.fair_sessions.c.board,
+        tables.fair_sessions.c.room.label("room_id"),
+    )
+    .join(
+        tables.drops,
+        (tables.drops.c.room == tables.receipts.c.room)
+        & (tables.drops.c.ball == tables.receipts.c.ball),
+    )
+    .join(tables.fair_sessions, tables.fair_sessions.c.id == tables.receipts.c.session)
+)
+"""Receipts with the columns of their drops and sessions that make their JSON."""
+
+
+def receipt_of(row: Row[Any]) -> ReceiptRow:
+    """The receipt in these columns."""
+    receipt = Receipt(
+        session=row.session,
+        drop=row.number,
+        stake=row.stake,
+        aim=row.aim,
+        seed=str(row.seed),
+        board_digest=row.board,
+        room=row.room_id,
+        ball=row.ball,
+        time=row.time,
+    )
+    place = (row.leaf, row.session, row.number, row.room, row.ball)
+    return ReceiptRow(*place, receipt.leaf().decode(), row.root, row.signature)
 
 
 def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:

@@ -227,8 +227,8 @@ fair_sessions = Table(
     Column("end_signature", String(128)),
 )
 
-# The log of all receipts, numbered without gaps. Rows never change, and stay when their room is
-# deleted.
+# The log of all receipts, numbered without gaps. A receipt's other fields are those of its drop and
+# its session. A row goes with its drop, and its hash stays in `log_nodes`.
 receipts = Table(
     "receipts",
     metadata,
@@ -237,11 +237,12 @@ receipts = Table(
     Column("number", BigInteger, nullable=False),
     Column("room", BigInteger, nullable=False),
     Column("ball", BigInteger, nullable=False),
-    Column("receipt", Text, nullable=False),  # JSON
-    Column("root", String(64), nullable=False),  # of the log with this leaf
-    Column("signature", String(128), nullable=False),
+    Column("time", BigInteger, nullable=False),  # Unix time, ms
+    Column("root", Hex, nullable=False),  # of the log with this leaf
+    Column("signature", Hex, nullable=False),
     UniqueConstraint("session", "number", name="receipts_number"),
     UniqueConstraint("room", "ball", name="receipts_ball"),
+    sqlite_with_rowid=False,
 )
 
 # The log's complete subtrees (RFC 6962): `number` spans 2^level leaves from number * 2^level on.
@@ -250,7 +251,8 @@ log_nodes = Table(
     metadata,
     Column("level", Integer, primary_key=True, autoincrement=False),
     Column("number", BigInteger, primary_key=True, autoincrement=False),
-    Column("hash", String(64), nullable=False),
+    Column("hash", Hex, nullable=False),
+    sqlite_with_rowid=False,
 )
 
 # Sums of stakes and payouts by board and the stake's power of ten; see totals.py.

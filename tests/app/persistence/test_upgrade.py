@@ -4,8 +4,12 @@ That release wrote kept/ledger-1.0.0.tar.xz and was killed with balls in flight.
 in it has what its players had received.
 """
 
+import contextlib
+import functools
 import json
+import sqlite3
 import tarfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +19,13 @@ import sqlalchemy as sa
 from plinko.app.errors import SettingError
 from plinko.app.fairness.check import check_session, kernel_digest_of
 from plinko.app.fairness.export import read_export
-from plinko.app.persistence.ledger.database import Database
-from plinko.app.persistence.statements import store
+from plinko.app.persistence.ledger.database import Database, address
+from plinko.app.persistence.statements import fair_store, order_store, store
 from plinko.app.rooms.log import verify_log
 from plinko.app.settings import page_kernels
 from plinko.engine import Board, drop
 from tests.app.persistence.crash.life import change, look
+from tests.kit.postgres import PostgreSQL
 from tests.kit.serving import serving
 
 KEPT = Path(__file__).parent / "kept" / "ledger-1.0.0.tar.xz"
@@ -127,6 +132,58 @@ def test_an_upgraded_ledger_has_the_tables_of_a_new_one(folder: Path) -> None:
         database.open(check=False)
         database.close()
     assert schema(upgraded) == schema(new)
+
+
+@pytest.mark.postgresql
+def test_on_postgresql_each_row_is_the_same_after_the_upgrade(
+    folder: Path, postgresql: PostgreSQL
+) -> None:
+    kept, there = f"sqlite:///{folder / 'plinko.db'}", postgresql.new_database()
+    with contextlib.closing(sqlite3.connect(folder / "plinko.db")) as ledger:
+        ledger.execute("UPDATE drops SET who = 'ann', seed = '18446744073709551615' WHERE ball = 0")
+        ledger.execute("INSERT INTO halts VALUES ('a', 5)")
+        ledger.commit()
+    copy(kept, there)
+    session = told_in(folder)["session"]
+    with opened(kept) as one, opened(there) as other:
+        for read in (
+            *(functools.partial(store.drops, room=run, first=0) for run in store.run_numbers(one)),
+            functools.partial(fair_store.exported, session_id=session),
+            order_store.orders,
+        ):
+            assert read(other) == read(one)
+        facts = store.drops(other, 1, 0)
+        assert (facts[0][0].who, facts[0][0].seed) == ("ann", 2**64 - 1)
+        assert [order.subject for order in order_store.orders(other)] == ["a"]
+        assert fair_store.exported(other, session) is not None
+
+
+def copy(kept: str, there: str) -> None:
+    """Copy the tables of release 1.0 into an empty PostgreSQL."""
+    engines = sa.create_engine(kept), sa.create_engine(address(there))
+    tables = sa.MetaData()
+    tables.reflect(engines[0])
+    with engines[0].begin() as source, engines[1].begin() as target:
+        for table in tables.sorted_tables:
+            rows = [dict(row) for row in source.execute(table.select()).mappings()]
+            for column in table.c:
+                column.type = column.type.as_generic()
+            table.create(target)
+            if rows:
+                target.execute(table.insert(), rows)
+    for engine in engines:
+        engine.dispose()
+
+
+@contextlib.contextmanager
+def opened(url: str) -> Iterator[sa.Connection]:
+    database = Database(url)
+    database.open(check=False, enter=False)
+    try:
+        with database.transaction() as connection:
+            yield connection
+    finally:
+        database.close()
 
 
 def test_a_ledger_of_a_later_release_is_refused_in_true_words(folder: Path) -> None:

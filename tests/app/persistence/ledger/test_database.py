@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from plinko.app.errors import DamagedRoomError, SettingError
 from plinko.app.persistence.ledger.database import HEAD, Database, address
 from plinko.app.persistence.statements import store, tables, writing
-from plinko.app.rooms.records import BoardRow, DropRow, ReceiptRow, ResultRow, RoomRow, Write
+from plinko.app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
 from tests.kit.facts import new
 from tests.kit.postgres import PostgreSQL
 from tests.kit.waiting import until
@@ -18,7 +18,6 @@ from tests.kit.waiting import until
 def test_records_read_by_position_match_the_order_of_columns() -> None:
     assert DropRow.__slots__ == tuple(store.FACTS.selected_columns.keys())
     assert ResultRow.__slots__ == tuple(tables.results.c.keys())
-    assert ReceiptRow.__slots__ == tuple(tables.receipts.c.keys())
 
 
 def test_what_is_written_is_read_to_the_last_bit(url: str) -> None:

@@ -32,6 +32,7 @@ def upgrade() -> None:
         sa.UniqueConstraint("id"),
     )
     _pack()
+    _pack_receipts()
     op.add_column("rooms", sa.Column("rules", sa.Integer(), nullable=False, server_default="1"))
     op.create_table(
         "tallies",
@@ -93,7 +94,10 @@ def _pack() -> None:
     """Write the rows of drops and results in a shorter form, and webhooks as cursors."""
     bind = op.get_bind()
     if bind.dialect.name == "postgresql":
-        seed = "(d.seed::numeric - CASE WHEN d.seed::numeric < 2^63 THEN 0 ELSE 2^64 END)::bigint"
+        seed = (
+            f"(d.seed::numeric - CASE WHEN d.seed::numeric < {1 << 63} THEN 0 ELSE {1 << 64} END)"
+            "::bigint"
+        )
         digest = "decode(r.digest, 'hex')"
     else:
         seed, digest = "signed(d.seed)", "bytes(r.digest)"
@@ -177,6 +181,55 @@ def _pack() -> None:
     )
     for name in ("former_results", "former_drops"):
         op.drop_table(name)
+
+
+def _pack_receipts() -> None:
+    """Leave out of receipts what their drops and sessions have; hashes and signatures as bytes."""
+    if op.get_bind().dialect.name == "postgresql":
+        op.add_column("receipts", sa.Column("time", sa.BigInteger(), nullable=True))
+        op.execute("UPDATE receipts SET time = (receipt::json->>'time')::bigint")
+        op.alter_column("receipts", "time", nullable=False)
+        op.drop_column("receipts", "receipt")
+        for table, name in (("receipts", "root"), ("receipts", "signature"), ("log_nodes", "hash")):
+            op.execute(f"ALTER TABLE {table} ALTER {name} TYPE bytea USING decode({name}, 'hex')")
+        return
+    for name in ("receipts", "log_nodes"):
+        op.rename_table(name, f"former_{name}")
+    op.create_table(
+        "receipts",
+        sa.Column("leaf", sa.BigInteger(), autoincrement=False, nullable=False),
+        sa.Column("session", sa.String(length=64), nullable=False),
+        sa.Column("number", sa.BigInteger(), nullable=False),
+        sa.Column("room", sa.BigInteger(), nullable=False),
+        sa.Column("ball", sa.BigInteger(), nullable=False),
+        sa.Column("time", sa.BigInteger(), nullable=False),
+        sa.Column("root", sa.LargeBinary(), nullable=False),
+        sa.Column("signature", sa.LargeBinary(), nullable=False),
+        sa.ForeignKeyConstraint(["session"], ["fair_sessions.id"]),
+        sa.PrimaryKeyConstraint("leaf"),
+        sa.UniqueConstraint("room", "ball", name="receipts_ball"),
+        sa.UniqueConstraint("session", "number", name="receipts_number"),
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "log_nodes",
+        sa.Column("level", sa.Integer(), autoincrement=False, nullable=False),
+        sa.Column("number", sa.BigInteger(), autoincrement=False, nullable=False),
+        sa.Column("hash", sa.LargeBinary(), nullable=False),
+        sa.PrimaryKeyConstraint("level", "number"),
+        sqlite_with_rowid=False,
+    )
+    op.execute(
+        "INSERT INTO receipts SELECT leaf, session, number, room, ball, "
+        "json_extract(receipt, '$.time'), bytes(root), bytes(signature) FROM former_receipts "
+        "ORDER BY leaf"
+    )
+    op.execute(
+        "INSERT INTO log_nodes SELECT level, number, bytes(hash) FROM former_log_nodes "
+        "ORDER BY level, number"
+    )
+    for name in ("receipts", "log_nodes"):
+        op.drop_table(f"former_{name}")
 
 
 def _make_cursors(bind: sa.Connection) -> None:
