@@ -56,7 +56,8 @@ def odds_of(landings: Landings, multipliers: Sequence[float]) -> Odds:
     returned = float(share @ pays)
     volatility = sqrt(max(float(share @ (pays - returned) ** 2), 0.0))
     awards = {
-        float(value): float(share[:-1][pays[:-1] == value].sum()) for value in np.unique(pays[:-1])
+        value: float(share[:-1][pays[:-1] == value].sum())
+        for value in sorted({*pays[:-1].tolist()})
     }
     return Odds(
         aim=landings.aim,
