@@ -167,7 +167,8 @@ def copy(kept: str, there: str) -> None:
         for table in tables.sorted_tables:
             rows = [dict(row) for row in source.execute(table.select()).mappings()]
             for column in table.c:
-                column.type = column.type.as_generic()
+                generic: sa.types.TypeEngine[Any] = column.type.as_generic()
+                column.type = generic
             table.create(target)
             if rows:
                 target.execute(table.insert(), rows)
