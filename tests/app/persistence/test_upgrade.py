@@ -167,8 +167,8 @@ def copy(kept: str, there: str) -> None:
         for table in tables.sorted_tables:
             rows = [dict(row) for row in source.execute(table.select()).mappings()]
             for column in table.c:
-                generic: sa.types.TypeEngine[Any] = column.type.as_generic()
-                column.type = generic
+                kind: Any = column.type
+                column.type = kind.as_generic()
             table.create(target)
             if rows:
                 target.execute(table.insert(), rows)
