@@ -1,10 +1,10 @@
 // Calls the kernels of the exact solver on one board at a time.
 
-import { Machine } from "./machine.js";
+import { floats, Machine } from "./machine.js";
 
 /** @import { Material } from "../model/board.js" */
 /** @import { WholeBoard } from "./input/values.js" */
-/** @import { Binary, Grid, Kind, Value } from "./machine.js" */
+/** @import { Binary, Kind, Value } from "./machine.js" */
 
 /**
  * The path of one ball, as the kernels computed it.
@@ -47,9 +47,9 @@ export class Kernels {
     const { pegs, walls, ball, bins, gravity, drag } = board;
     this.#machine.release();
     const arrays = this.#machine.run(`${MODULE}board_arrays.lay_out_board`, [
-      table(pegs.flatMap(({ x, y, radius }) => [x, y, radius]), pegs.length, 3),
-      table(walls.flatMap(({ x1, y1, x2, y2 }) => [x1, y1, x2, y2]), walls.length, 4),
-      table(bins.edges, bins.edges.length), bins.y, gravity, drag, ball.radius,
+      floats(pegs.flatMap(({ x, y, radius }) => [x, y, radius]), pegs.length, 3),
+      floats(walls.flatMap(({ x1, y1, x2, y2 }) => [x1, y1, x2, y2]), walls.length, 4),
+      floats(bins.edges, bins.edges.length), bins.y, gravity, drag, ball.radius,
       ...combined(ball, board.peg_material), ...combined(ball, board.wall_material),
     ]);
     this.#board = arrays.map((value) => (typeof value === "object" ? this.#machine.keep(value) : value));
@@ -110,7 +110,7 @@ export class Kernels {
       ...this.#board, machine.keep({ values: segments, shape: [segments.length / SEGMENT, SEGMENT] }),
       machine.keep({ values: rows, shape: [count] }),
       machine.keep({ values: rows.map((row) => row + 1n), shape: [count] }),
-      machine.keep(table(times, count)), false, machine.reserve("f8", SERIES), out,
+      machine.keep(floats(times, count)), false, machine.reserve("f8", SERIES), out,
     ]);
     machine.release(end);
     return rowsOf(/** @type {Float64Array} */ (machine.view(out)), STATE);
@@ -150,11 +150,6 @@ export class Kernels {
     machine.release(end);
     return { counts: read("counts"), read };
   }
-}
-
-/** @param {ArrayLike<number>} values @param {...number} shape @returns {Grid<Float64Array>} */
-function table(values, ...shape) {
-  return { values: Float64Array.from(values), shape };
 }
 
 /** @param {Material} a @param {Material} b @returns {[number, number]} restitution and friction */

@@ -173,6 +173,11 @@ export class Machine {
   }
 }
 
+/** @param {ArrayLike<number>} values @param {...number} shape @returns {Grid<Float64Array>} */
+export function floats(values, ...shape) {
+  return { values: Float64Array.from(values), shape };
+}
+
 /** @param {Value} value @returns {value is Grid} */
 function isGrid(value) {
   return typeof value === "object" && "values" in value;

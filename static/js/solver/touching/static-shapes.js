@@ -1,5 +1,7 @@
 // The pegs and walls of an arena, for the kernels.
 
+import { floats } from "../machine.js";
+
 /** @import { Machine, Value } from "../machine.js" */
 /** @import { Place } from "./scenes.js" */
 
@@ -33,11 +35,6 @@ export function staticShapes(machine, place) {
     ofPegs.restitution, ofPegs.friction, ofWalls.restitution, ofWalls.friction, ...extentOf(place),
     bins?.y ?? Infinity,
   ]);
-}
-
-/** @param {number[]} values @param {...number} shape */
-function floats(values, ...shape) {
-  return { values: Float64Array.from(values), shape };
 }
 
 /** @param {number[]} values */
