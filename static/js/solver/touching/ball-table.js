@@ -108,17 +108,15 @@ export class BallTable {
     this.isListed = false;
   }
 
-  /** @param {number} n the new number of rows, not fewer than before */
+  /** @param {number} n the new number of rows; the first ones are kept, others are zero */
   #resize(n) {
-    const old = this.n;
+    const kept = Math.min(this.n, n);
     this.n = n;
-    this.pos = resized(this.pos.subarray(0, 4 * old), 4 * (n + 1));
-    this.vel = resized(this.vel.subarray(0, 4 * old), 4 * (n + 1));
-    this.surface = resized(this.surface, 2 * n);
-    this.anchor = resized(this.anchor, 3 * n);
-    const marks = new Int32Array(4 * n);
-    marks.set(this.marks.subarray(0, 4 * Math.min(old, n)));
-    this.marks = marks;
+    this.pos = resized(this.pos, 4 * kept, 4 * (n + 1));
+    this.vel = resized(this.vel, 4 * kept, 4 * (n + 1));
+    this.surface = resized(this.surface, 2 * kept, 2 * n);
+    this.anchor = resized(this.anchor, 3 * kept, 3 * n);
+    this.marks = resized(this.marks, 4 * kept, 4 * n);
   }
 
   /**
@@ -137,24 +135,12 @@ export class BallTable {
     ])) {
       rows.forEach((row, i) => array.copyWithin(width * i, width * row, width * (row + 1)));
     }
-    this.pos.fill(0, 4 * n);
-    this.vel.fill(0, 4 * n);
-    this.#resizeTo(n);
+    this.#resize(n);
     for (let row = 0; row < n; row += 1) this.marks[4 * row + 3] = target[this.marks[4 * row + 3]];
     this.pairs = this.#machine.run("plinko.engine.multibody.solver.neighbour_list.select_pairs", [
       ...this.pairs, { values: target, shape: [target.length] }, n,
     ]);
     this.isListed = false;
-  }
-
-  /** @param {number} n fewer rows than now */
-  #resizeTo(n) {
-    this.n = n;
-    this.pos = this.pos.slice(0, 4 * (n + 1));
-    this.vel = this.vel.slice(0, 4 * (n + 1));
-    this.surface = this.surface.slice(0, 2 * n);
-    this.anchor = this.anchor.slice(0, 3 * n);
-    this.marks = this.marks.slice(0, 4 * n);
   }
 
   /** Wakes the ball of a row and its island. @param {number} row */
@@ -211,9 +197,13 @@ export class BallTable {
   }
 }
 
-/** @param {Float64Array} array @param {number} length at least its own */
-function resized(array, length) {
-  const larger = new Float64Array(length);
-  larger.set(array);
-  return larger;
+/**
+ * @template {Float64Array | Int32Array} T
+ * @param {T} array @param {number} kept numbers that are copied @param {number} length
+ * @returns {T}
+ */
+function resized(array, kept, length) {
+  const made = new (/** @type {new (length: number) => T} */ (array.constructor))(length);
+  made.set(array.subarray(0, kept));
+  return made;
 }
