@@ -17,7 +17,7 @@ from plinko.app.rooms.records import RULES, Erase, Prune
 KEY_SECONDS: Final = 7 * 86_400.0
 """s for which an idempotency key stays."""
 
-_ROWS: Final = 200  # of one step
+_ROWS: Final = 100  # of one step
 
 
 def runs(connection: Connection, before: float) -> list[int]:
@@ -99,21 +99,22 @@ def _prune_drops(connection: Connection, step: Prune, run: Row[Any], end: float)
         .limit(_ROWS)
     )
     old: list[int] = []
+    kept: list[int] = []  # of open sessions
     reached = step.first
     rows = connection.execute(chosen).all()
     for row in rows:
         falls = row.landed is None and end < math.inf  # a run that is over has no balls
         if row.tick >= end or falls or row.ball == keep:
             break
-        if row.leaf is None or row.end is not None:
-            old.append(row.ball)
+        (old if row.leaf is None or row.end is not None else kept).append(row.ball)
         reached = row.ball + 1
     else:
         step.next = reached if len(rows) == _ROWS else None
     if not old:
         return
     for table in (tables.results, tables.receipts, tables.drops):
-        gone = (table.c.room == run.number) & table.c.ball.in_(old)
+        ball = table.c.ball
+        gone = (table.c.room == run.number) & ball.between(old[0], old[-1]) & ball.not_in(kept)
         connection.execute(delete(table).where(gone))
     step.drops = len(old)
     if reached > run.pruned:
