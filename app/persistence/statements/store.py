@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, Row, Select, func, select
+from sqlalchemy import Connection, Select, func, select
 
 from plinko.app.errors import DamagedRoomError, PrunedError, shorten
 from plinko.app.fairness.statements import Receipt

@@ -9,7 +9,7 @@ import functools
 import json
 import sqlite3
 import tarfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -146,11 +146,11 @@ def test_on_postgresql_each_row_is_the_same_after_the_upgrade(
     copy(kept, there)
     session = told_in(folder)["session"]
     with opened(kept) as one, opened(there) as other:
-        for read in (
-            *(functools.partial(store.drops, room=run, first=0) for run in store.run_numbers(one)),
-            functools.partial(fair_store.exported, session_id=session),
-            order_store.orders,
-        ):
+        reads: list[Callable[[sa.Connection], object]] = [
+            functools.partial(store.drops, room=run, first=0) for run in store.run_numbers(one)
+        ]
+        reads += [functools.partial(fair_store.exported, session_id=session), order_store.orders]
+        for read in reads:
             assert read(other) == read(one)
         facts = store.drops(other, 1, 0)
         assert (facts[0][0].who, facts[0][0].seed) == ("ann", 2**64 - 1)
