@@ -381,6 +381,15 @@ def test_a_restart_finds_rooms_tokens_counts_and_balls_again(url: str, tmp_path:
         assert room not in {each["id"] for each in http.get("/rooms").json()["rooms"]}
 
 
+def test_rooms_from_before_a_restart_count_for_their_creator(tmp_path: Path) -> None:
+    settings: dict[str, Any] = {"database_url": f"sqlite:///{tmp_path / 'plinko.db'}"}
+    for status in (201, 429):
+        with serving(**settings, creator_rooms=1) as server, client_of(server) as http:
+            reply = http.post("/rooms", json={"board": "triangle-8"})
+            assert reply.status_code == status, reply.text
+    assert reply.json()["code"] == "room-quota"
+
+
 # Connections that broke.
 
 
