@@ -51,7 +51,7 @@ def test_german_once_chosen_is_used_everywhere_and_fits_a_phone(opened: Open, qu
     screen.ready()
     drop = page.get_by_role("button", name="Werfen")
     expect(drop).to_be_visible()
-    for drawer in ("Tisch", "Fairness", "Für Neugierige"):
+    for drawer in ("Tisch", "Fairness", "Mehr wissen"):
         page.get_by_role("button", name=drawer, exact=True).click()
         assert page.evaluate(OVERFLOWING) == []
     drop.click()

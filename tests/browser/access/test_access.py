@@ -17,6 +17,7 @@ def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> 
     keyboard = screen.page.keyboard
     keyboard.press("l")
     seed = screen.page.get_by_label("Seed", exact=True)
+    expect(seed).to_be_visible()
     for _ in range(20):
         if seed.evaluate("field => field === document.activeElement"):
             break
