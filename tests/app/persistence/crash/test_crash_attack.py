@@ -37,13 +37,14 @@ FLAGS: Final = ("--max-rooms", "100")
 PROGRAM: Final = (
     "-c",
     "from plinko.app.live import open_rooms; open_rooms.REST_SECONDS = 60.0; "
+    "from tests.kit import stakes; stakes.begin(); "
     "import plinko.__main__",
     *("serve", "--drop-rate", "1000"),
 )
 
 
 def board_that_ends_at_once() -> Board:
-    return Board.from_json({**hall(), "name": "fast", "walls": hall()["walls"][:2]})
+    return Board.from_json({**hall(), "name": "quick", "walls": hall()["walls"][:2]})
 
 
 def besieged(file: Path, chance: random.Random, pause: float = 1.0) -> Siege:
