@@ -84,7 +84,7 @@ def test_three_servers_are_one(
             )
             assert made.status_code == 202, made.text
     restored = brought_back(postgresql, own["PLINKO_DATABASE_URL"])
-    assert "\nsound: 1 room runs, 3 drops" in restored, "what was dropped is there"
+    assert "sound: 1 room runs, 3 drops" in restored, "what was dropped is there"
 
 
 def brought_back(postgresql: PostgreSQL, database: str) -> str:
