@@ -35,7 +35,7 @@ def test_play_goes_on_after_the_server_is_killed_and_restarted(
     expect(screen.page.locator("#staked")).to_have_text("0.00")
     screen.drawer("Game")
     screen.rows.get_by_role("button", name="Verify").click()
-    expect(screen.rows).to_contain_text("Verified in this page")
+    expect(screen.rows).to_contain_text("Computed again in this page")
 
     server.start()
     screen.ready()

@@ -36,6 +36,7 @@ export function showCompany(game, theme) {
     byId("feed").replaceChildren(...others.map((landing) => make("li", {}, ...cellsOf(landing, game, theme))));
   };
   game.onCalm("company", SHOWN_MS, show);
+  show();
   theme.onChange(show);
   let asked = false;
   const first = async () => {
