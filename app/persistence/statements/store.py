@@ -196,7 +196,7 @@ RECEIPTS: Final = (
 """Receipts with the columns of their drops and sessions that make their JSON."""
 
 
-def receipt_of(row: Row[*tuple[Any, ...]]) -> ReceiptRow:
+def receipt_of(row: Any) -> ReceiptRow:
     """The receipt in these columns."""
     receipt = Receipt(
         session=row.session,
