@@ -58,7 +58,7 @@ class LiveArena(LiveRoom):
         self, command: DropCommand, player: Player, session: FairSession | None
     ) -> Outcome:
         self._check()
-        self._runner.check_memory()
+        self._runner.check_memory(self.room)
         self.room.check_drop(command, fair=session is not None)
         if session is not None:
             session.check(self.room, practice=command.practice)

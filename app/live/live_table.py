@@ -109,7 +109,7 @@ class LiveTable(LiveRoom):
         """Raise the error for which the table refuses a drop now."""
         room, fair = self.room, session is not None
         self._check()
-        self._runner.check_memory()
+        self._runner.check_memory(room)
         room.check_drop(command, fair=fair)
         room.check_place(self._under_way)
         if session is not None:

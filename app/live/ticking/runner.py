@@ -28,8 +28,12 @@ _SILENT: Final = 1.0
 pause for a slow connection, and a healthy server makes no longer one."""
 
 MOST_EVENTS: Final = 1_000_000
-"""If all rooms together keep more path events than this, the server takes no drops: 56 MB, and
-half of that for paths. 16,000 balls on presets have as many."""
+"""If all rooms together keep more path events than this, a room takes drops only while it keeps
+less than its equal share: 56 MB, and half of that for paths. 16,000 balls on presets have as many.
+So nobody can fill the memory with long flights and stop the tables of others."""
+
+_EXCESS: Final = 4
+"""Times MOST_EVENTS above which no room takes drops."""
 
 _TURN: Final = 0.002  # s; when rooms' turns have taken this long, the event loop serves requests
 
@@ -114,14 +118,15 @@ class Runner:
         self._threads.close()
         return self.awake
 
-    def check_memory(self) -> None:
-        """Raise BusyError if all rooms together keep more than MOST_EVENTS."""
+    def check_memory(self, room: Room) -> None:
+        """Raise BusyError if a drop in this room would need memory that others have a right to."""
         if self._events_kept is None:
-            self._events_kept = sum(room.events_kept for room in self.awake)
-        if self._events_kept > MOST_EVENTS:
+            self._events_kept = sum(each.events_kept for each in self.awake)
+        kept, share = self._events_kept, MOST_EVENTS // max(1, len(self._awake))
+        if kept > _EXCESS * MOST_EVENTS or (kept > MOST_EVENTS and room.events_kept > share):
             raise BusyError(
-                f"the balls in all rooms have {self._events_kept} events, and the server takes no "
-                f"drops above {MOST_EVENTS}: try again when balls have landed"
+                f"the balls in all rooms have {kept} events, of which room {room.id!r} keeps "
+                f"{room.events_kept}: it takes no drops now; try again when balls have landed"
             )
 
     def wake(self, live: Running) -> None:

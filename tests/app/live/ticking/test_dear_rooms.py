@@ -117,18 +117,22 @@ async def test_requests_between_rooms_do_not_delay_the_next_tick() -> None:
     assert all(each.done() for each in asked)
 
 
-async def test_all_rooms_together_keep_a_bounded_number_of_events(
+async def test_long_flights_fill_no_memory_and_stop_no_other_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(runner, "MOST_EVENTS", 600)
     rooms = rooms_by_hand(MAIN, Clock())
     dear = [await rooms.create(HALL) for _ in range(2)]
     for room in dear:
         await ask(room, 0)
     run_pass(rooms.runner)
-    assert sum(room.room.events_kept for room in dear) > 600
+    kept = sum(room.room.events_kept for room in dear)
+    monkeypatch.setattr(runner, "MOST_EVENTS", kept // 2)
+    with pytest.raises(BusyError, match=rf"in all rooms have {kept} events"):
+        await ask(dear[0], 1)
+    await ask(rooms.find("main"), 0)
+    monkeypatch.setattr(runner, "MOST_EVENTS", kept // 8)
     with pytest.raises(BusyError, match=r"in all rooms have \d+ events"):
-        await ask(rooms.find("main"), 0)
+        await ask(rooms.find("main"), 1)
 
 
 async def test_a_long_flight_is_computed_on_a_thread_and_holds_up_no_tick(
