@@ -156,4 +156,5 @@ class RoomRuns:
             draw=None if draw is None else draw.digest,
         )
         drawn = [] if draw is None else [DrawRow(draw.digest, draw.to_json().decode())]
-        return [self.board_row(room.origin), *drawn, row, *inputs]
+        board = BoardRow(room.origin.digest, room.origin.name, room.origin_json.decode())
+        return [board, *drawn, row, *inputs]

@@ -94,6 +94,13 @@ class Room(ABC):
         self._board_json = msgspec.Raw(msgspec.json.encode(board.to_dict() if board else None))
 
     @property
+    def origin_json(self) -> bytes:
+        """The board or scene that the room was opened with, as JSON."""
+        if isinstance(self.origin, Board):
+            return bytes(self._board_json)  # a room's board never changes
+        return msgspec.json.encode(self.origin.to_dict())
+
+    @property
     @abstractmethod
     def input_count(self) -> int:
         """Number of inputs carried out, which is the number of the next one in the ledger."""

@@ -71,7 +71,7 @@ def test_an_installed_package_is_found_there_and_paints(
 
 RECORDED = """
 from importlib.metadata import files
-for file in files("plinko-server"):
+for file in files("plinko-sim"):
     if file.parts[0] == "plinko" and file.hash:
         print(file, file.hash.value)
 """
@@ -84,7 +84,9 @@ def test_the_wheel_records_the_digest_of_each_file_of_the_source(installed: Inst
         for folder in ("app", "engine", "static")
         for path in (ROOT / folder).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
-    } | {f"plinko/{path.name}": path for path in (ROOT / "plinko").iterdir() if path.is_file()}
+    }
+    own = (ROOT / "src" / "plinko").iterdir()
+    source |= {f"plinko/{path.name}": path for path in own if path.is_file()}
     digests = {
         name: base64.urlsafe_b64encode(hashlib.sha256(path.read_bytes()).digest()).decode()
         for name, path in source.items()

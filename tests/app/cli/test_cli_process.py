@@ -162,7 +162,7 @@ def test_a_taken_port_is_one_line() -> None:
     with socket.create_server(("127.0.0.1", 0)) as holder:
         port = str(holder.getsockname()[1])
         done = run("serve", "--port", port)
-    assert done.returncode == 2
+    assert done.returncode == 1, "the same settings may work later"
     assert done.stderr.startswith(b"plinko: ")
     assert port.encode() in done.stderr
     assert done.stderr.count(b"\n") == 1
@@ -172,7 +172,7 @@ def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
     ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
     with serving(database_url=ledger):
         done = run("serve", "--port", "0", "--database-url", ledger)
-    assert done.returncode == 2
+    assert done.returncode == 1, "the same settings may work later"
     assert b"another server uses it; give this one a --data directory" in done.stderr
     assert done.stderr.count(b"\n") == 1
 

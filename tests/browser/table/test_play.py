@@ -181,7 +181,7 @@ def test_rows_and_risk_choose_another_table_with_other_payouts(opened: Open) -> 
     screen.page.get_by_label("Rows", exact=True).select_option("8")
     screen.page.get_by_label("Risk", exact=True).select_option("High")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-8-high.*9 bins.*31x")
+        "aria-label", re.compile("House · 8 · High.*9 bins.*31x")
     )
     screen.ready()
     assert screen.page.url.endswith("?room=triangle-8-high")

@@ -265,7 +265,7 @@ def test_the_table_is_locked_while_staked_balls_fall(opened: Open) -> None:
     expect(screen.rows).to_have_count(5)
     rows.select_option("8")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-8")
+        "aria-label", re.compile("House · 8")
     )
     assert screen.page.url.endswith("?room=triangle-8")
 
@@ -277,7 +277,7 @@ def test_balls_of_a_left_table_are_reported_with_its_board(opened: Open) -> None
     screen.staked(5)
     screen.page.evaluate("history.forward()")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-9")
+        "aria-label", re.compile("House · 9")
     )
     said = re.compile(r"^On triangle-16: 5 balls, staked 5\.00, won [\d.]+ \([+−]?[\d.]+\)$")
     expect(screen.result).to_have_text(said)
@@ -350,7 +350,7 @@ def test_a_world_is_a_table_of_its_own_with_its_payouts(opened: Open) -> None:
     expect(house).to_be_checked()
     page.locator("#worlds").get_by_role("radio", name="Moon").check()
     expect(page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("moon-16-high")
+        "aria-label", re.compile("Moon · 16 · High")
     )
     assert page.url.endswith("?room=moon-16-high")
     (odds,) = screen.api("boards/moon-16-high/odds")["aims"]
@@ -362,11 +362,10 @@ def test_a_world_is_a_table_of_its_own_with_its_payouts(opened: Open) -> None:
     # The risk and the rows stay in the world.
     screen.ready()
     page.get_by_label("Risk", exact=True).select_option("low")
-    expect(page.locator("#board-moving")).to_have_attribute("aria-label", re.compile("moon-16-low"))
+    moving = page.locator("#board-moving")
+    expect(moving).to_have_attribute("aria-label", re.compile("Moon · 16 · Low"))
     house.check()
-    expect(page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-16-low")
-    )
+    expect(moving).to_have_attribute("aria-label", re.compile("House · 16 · Low"))
 
 
 def test_what_is_not_solved_says_practice(opened: Open) -> None:
@@ -406,13 +405,13 @@ def test_another_gravity_and_material_make_a_table_of_their_own(opened: Open) ->
     screen.page.get_by_label("Gravity").select_option("Jupiter")
     expect(screen.root).to_have_attribute("data-state", "asleep")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-8 · Jupiter")
+        "aria-label", re.compile("House · 8 · Jupiter")
     )
     expect(screen.root).to_have_attribute("data-ground", "bands")
     expect(screen.root).to_have_attribute("data-practice", "unsolved")
     screen.page.get_by_label("Material").select_option("Rubber on concrete")
     expect(screen.page.locator("#board-moving")).to_have_attribute(
-        "aria-label", re.compile("triangle-8 · Jupiter · Rubber on concrete")
+        "aria-label", re.compile("House · 8 · Jupiter · Rubber on concrete")
     )
     screen.ready()
     room = screen.page.url.rsplit("=", 1)[1]

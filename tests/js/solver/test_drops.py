@@ -176,7 +176,7 @@ def test_two_drops_part_when_the_engine_says_so(run: Run) -> None:
     two = drop(board, x=0.1 + 1e-9)
     limit = board.ball.radius
     asked = {"one": given(one, 240, []), "two": given(two, 240, []), "limit": limit}
-    said = run("compare/divergence.js", _PARTING, asked)
+    said = run("replay/divergence.js", _PARTING, asked)
 
     def apart(t: float) -> float:
         (a,), (b,) = one.states([t]), two.states([t])
@@ -198,7 +198,7 @@ def test_two_drops_part_when_the_engine_says_so(run: Run) -> None:
 
 def test_the_same_drop_never_parts(run: Run) -> None:
     same = given(drop(Board.preset("triangle-8"), 3), 240, [])
-    said = run("compare/divergence.js", _PARTING, {"one": same, "two": same, "limit": 0.01})
+    said = run("replay/divergence.js", _PARTING, {"one": same, "two": same, "limit": 0.01})
     assert said["parted"] is None
     assert said["growth"] is None
     assert {row["y"] for row in said["rows"]} == {0}
