@@ -104,7 +104,7 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
     modules.pop(path)
     gives = f"return {{ {', '.join(exports)} }};"
     code = jsmin(f"const {_name(path)} = (() => {{\n{text}{gives}\n}})();")
-    modules[path] = f"// {path}\n{code}\n"
+    modules[path] = f"{code}\n"
 
 
 def _constant(path: str, value: str) -> str:

@@ -1,6 +1,7 @@
 """Serves the pages and files in static/, and answers paths that no other route serves."""
 
 import asyncio
+import functools
 import hashlib
 import os
 import re
@@ -13,7 +14,7 @@ import brotli
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import FileResponse, RedirectResponse, Response
 from starlette.routing import Match, Mount
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
@@ -40,6 +41,8 @@ _SCHEME = "scheme"  # the cookie with light or dark, so that the page begins in 
 _SCHEMES = frozenset({"light", "dark"})
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
 _PACKED = frozenset({".js", ".css", ".json", ".wasm", ".svg"})
+_TABLE = "."  # the path of the live table, which has few forms; a replay has one for each drop
+_KEPT = ("content-type", "etag", "vary")  # headers of a packed response
 """Files that are compressed once, with more effort than each response can have."""
 _LOST = "404.html"
 _OWN_LINKS = re.compile(r'(href|src)="(?:\./)?(?![a-z]+:|[/#])')
@@ -80,7 +83,6 @@ class Page(StaticFiles):
         self._files = directory
         self._release: Release | None = None
         self._making = Lock()
-        self._packed: dict[str, bytes] = {}  # by path
 
     def prepare(self) -> "Release":
         """Bundle all pages, once. It takes 0.1 s, so it happens at the first request."""
@@ -172,7 +174,7 @@ class Page(StaticFiles):
             if not allowed:
                 raise
             raise HTTPException(405, headers={"allow": ", ".join(sorted(allowed))}) from error
-        if response.status_code == 200 and Path(path).suffix in _PACKED:
+        if response.status_code == 200 and (path == _TABLE or Path(path).suffix in _PACKED):
             response = await self._pack(path, scope, response)
         # During an upgrade a page may ask for another release's file. It gets this release's file,
         # which must not be cached under that address.
@@ -180,21 +182,24 @@ class Page(StaticFiles):
         response.headers.setdefault("cache-control", _FOR_GOOD if for_good else "no-cache")
         return response
 
-    async def _pack(self, path: str, scope: Scope, whole_file: Response) -> Response:
-        """A file in Brotli for a client that accepts it; the first such client waits a second."""
+    async def _pack(self, path: str, scope: Scope, plain: Response) -> Response:
+        """The response in Brotli for a client that accepts it; the first one waits for it."""
         headers = Headers(scope=scope)
         if "range" in headers or not accepts_brotli(whole(headers, "accept-encoding")):
-            return whole_file
-        if path not in self._packed:
-            made = self.prepare().made
-            body = made[path].encode() if path in made else (self._files / path).read_bytes()
-            self._packed[path] = await asyncio.to_thread(brotli.compress, body)
-        media_type = whole_file.headers["content-type"]
-        response = Response(self._packed[path], 200, media_type=media_type)
-        response.headers["etag"] = whole_file.headers["etag"]
-        response.headers["content-encoding"] = "br"
+            return plain
+        is_file = isinstance(plain, FileResponse)
+        body = (self._files / path).read_bytes() if is_file else bytes(plain.body)
+        kept = {name: plain.headers[name] for name in _KEPT if name in plain.headers}
+        packed = await asyncio.to_thread(_brotli, body)
+        response = Response(packed, 200, kept | {"content-encoding": "br"})
         response.headers.add_vary_header("accept-encoding")
         return response
+
+
+@functools.lru_cache(maxsize=256)
+def _brotli(body: bytes) -> bytes:
+    packed: bytes = brotli.compress(body)
+    return packed
 
 
 def _reads_pages(path: str, scope: Scope) -> bool:
