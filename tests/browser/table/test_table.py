@@ -279,7 +279,7 @@ def test_balls_of_a_left_table_are_reported_with_its_board(opened: Open) -> None
     expect(screen.page.locator("#board-moving")).to_have_attribute(
         "aria-label", re.compile("House · 9")
     )
-    said = re.compile(r"^On triangle-16: 5 balls, staked 5\.00, won [\d.]+ \([+−]?[\d.]+\)$")
+    said = re.compile(r"^On House · 16: 5 balls, staked 5\.00, won [\d.]+ \([+−]?[\d.]+\)$")
     expect(screen.result).to_have_text(said)
     expect(screen.rows).to_have_count(5)
 
