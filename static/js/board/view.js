@@ -110,12 +110,14 @@ export class BoardView {
 
   /** @param {MouseEvent} event @returns {{x: number, y: number, above: boolean} | null} */
   aimOf(event) {
-    if (!this.geometry) return null;
+    // A new board can be clicked a frame before it is painted.
+    const geometry = this.geometry ?? (this.#shown && this.#fit(this.#shown.board));
+    if (!geometry) return null;
     const box = this.still.getBoundingClientRect();
     return {
-      x: this.geometry.x(event.clientX - box.left),
-      y: this.geometry.y(event.clientY - box.top),
-      above: event.clientY - box.top <= this.geometry.aimBottom,
+      x: geometry.x(event.clientX - box.left),
+      y: geometry.y(event.clientY - box.top),
+      above: event.clientY - box.top <= geometry.aimBottom,
     };
   }
 
