@@ -43,9 +43,11 @@ export function loadLater(game, theme, screen) {
   };
   const needed = () => { if (!sheet) void load("game"); };
   const inView = () => { if (!byId("sheet").hidden) needed(); };
+  const listed = () => { if (!sheet && game.account.last.length > 0) needed(); };
 
   // The list of the last drops stands next to the board, and on a wide screen the drawer "Game" too.
   game.on("seen", needed);
+  game.on("account", listed); // drops that ended while the page was elsewhere
   game.on("table", ({ hello }) => { if (hello.draw) inView(); });
   game.on("company", () => { if (game.room.company.here > 1) inView(); });
   for (const gesture of GESTURES) document.addEventListener(gesture, inView);
@@ -54,6 +56,6 @@ export function loadLater(game, theme, screen) {
     await load("game");
     target.click();
   });
-  if (game.account.last.length > 0) needed();
+  listed();
   return load;
 }
