@@ -19,11 +19,12 @@ export function loadLater(game, theme, screen) {
   /** @type {Promise<void> | null} */
   let lab = null;
   let filled = false; // whether the sheet's buttons work
+  let touched = false; // whether there was a gesture
 
   const loadSheet = async () => {
     const loading = screen.loadShow();
     const { fillSheet } = await import("./panels/sheet.js");
-    fillSheet(game, theme, await loading);
+    fillSheet(game, theme, await loading, touched);
     filled = true;
   };
   const loadLab = async () => {
@@ -43,6 +44,10 @@ export function loadLater(game, theme, screen) {
   };
   const needed = () => { if (!sheet) void load("game"); };
   const inView = () => { if (!byId("sheet").hidden) needed(); };
+  const touch = () => {
+    touched = true;
+    inView();
+  };
   const listed = () => { if (!sheet && game.account.last.length > 0) needed(); };
 
   // The list of the last drops stands next to the board, and on a wide screen the drawer "Game" too.
@@ -50,7 +55,7 @@ export function loadLater(game, theme, screen) {
   game.on("account", listed); // drops that ended while the page was elsewhere
   game.on("table", ({ hello }) => { if (hello.draw) inView(); });
   game.on("company", () => { if (game.room.company.here > 1) inView(); });
-  for (const gesture of GESTURES) document.addEventListener(gesture, inView);
+  for (const gesture of GESTURES) document.addEventListener(gesture, touch);
   byId("sheet-body").addEventListener("click", async ({ target }) => {
     if (filled || !(target instanceof HTMLButtonElement) || !target.closest(".panel")) return;
     await load("game");

@@ -155,5 +155,8 @@ def test_the_best_drop_of_the_day_is_shown_with_its_replay(
     other.page.mouse.move(400, 300)
     expect(other.page.locator("#best-key")).to_have_text("Best today: 12x, 12.00")
     seed = player.last_dropped()["seed"]
+    expect(player.page.locator("#best")).to_have_text("12x")
+    expect(player.page.locator("#best")).to_be_visible()
     link = other.page.locator("#best-row a")
+    expect(link).to_be_visible()
     expect(link).to_have_attribute("href", re.compile(f"seed={seed}"))

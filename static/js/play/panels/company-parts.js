@@ -29,7 +29,7 @@ export function showBest(game, theme) {
   let best = null;
 
   const show = () => {
-    byId("best").hidden = byId("best-key").hidden = best === null;
+    byId("best-today").hidden = byId("best-key").hidden = best === null;
     const { hello } = game.room;
     if (!best || !hello) return;
     const { owner, bin, score, paid, href } = best;
@@ -70,7 +70,6 @@ export function showBest(game, theme) {
     take({ owner, bin, score, paid: paid ?? 0, href });
   });
   theme.onChange(show);
-  void read();
 }
 
 /** The form for the player's own name and colour. @param {Game} game */

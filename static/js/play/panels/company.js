@@ -19,8 +19,8 @@ import { amount } from "../../util/format.js";
 const FED = 5; // landings of others next to the board
 const SHOWN_MS = 250; // between two updates while many balls land
 
-/** @param {Game} game @param {Theme} theme */
-export function showCompany(game, theme) {
+/** @param {Game} game @param {Theme} theme @param {boolean} touched whether there was a gesture before */
+export function showCompany(game, theme, touched) {
   const show = () => {
     const { company } = game.room;
     const visitors = company.visitors.filter(({ visitor }) => visitor !== company.you);
@@ -50,6 +50,7 @@ export function showCompany(game, theme) {
   for (const gesture of ["pointermove", "pointerdown", "keydown"]) {
     document.addEventListener(gesture, first, { once: true });
   }
+  if (touched) void first();
   onClick("invite", async () => {
     const link = new URL(`./?room=${encodeURIComponent(game.room.id)}`, document.baseURI).href;
     const copied = await copyFrom(byId("invite-link", HTMLInputElement), link);

@@ -11,8 +11,9 @@ import { showStatistics } from "./statistics.js";
 /** @import { Game } from "../game.js" */
 /** @import { Show } from "../show/show.js" */
 
-/** @param {Game} game @param {Theme} theme @param {Show} show */
-export function fillSheet(game, theme, show) {
-  for (const panel of [showHistory, showStatistics, showFairness, showDraw, showCompany]) panel(game, theme);
+/** @param {Game} game @param {Theme} theme @param {Show} show @param {boolean} touched whether there was a gesture */
+export function fillSheet(game, theme, show, touched) {
+  for (const panel of [showHistory, showStatistics, showFairness, showDraw]) panel(game, theme);
+  showCompany(game, theme, touched);
   offerSettings(game, theme, show);
 }
