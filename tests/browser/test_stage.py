@@ -5,6 +5,7 @@ import re
 import signal
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import httpx
 import pytest
@@ -101,6 +102,13 @@ def there(screen: Screen) -> Screen:
     return screen.state("asleep", "live")
 
 
+def grounds(stage: Screen) -> dict[str, Any]:
+    """What is below the board and around it, once the board is painted."""
+    there(stage).frames(4)  # it is laid out in one frame and painted in the next
+    found: dict[str, Any] = stage.page.evaluate(_GROUNDS)
+    return found
+
+
 def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
     opened: Open, server: ServerProcess
 ) -> None:
@@ -149,7 +157,7 @@ def test_before_anybody_plays_the_board_has_the_frame_and_demo_balls_fall(
     player = opened(quick.page).ready()
     player.drop.click()
     expect(stage.page.locator("#winners > li")).to_have_count(1)
-    expect(stage.page.locator("#winners-panel")).to_have_text(re.compile("Last drops"))
+    expect(stage.page.locator("#winners-panel")).to_have_text(re.compile("Last balls"))
     expect(stage.page.locator("#demo-mark")).to_be_hidden()
 
 
@@ -277,17 +285,14 @@ def test_the_address_switches_each_part_and_chooses_the_ground(opened: Open) -> 
     )
     expect(bare.page.locator(".show-panel:not([hidden])")).to_have_count(0)
     clear, all_of_it = "rgba(0, 0, 0, 0)", 255
-    found = bare.page.evaluate(_GROUNDS)
-    assert found == {"around": 0, "plate": all_of_it, "below": [clear]}
+    assert grounds(bare) == {"around": 0, "plate": all_of_it, "below": [clear]}
     page = bare.page
     page.goto(f"{bare.url}/stage.html?room=triangle-8&ground=00b140&plate=off")
     there(bare)
     expect(page.locator(".show-panel:not([hidden])")).to_have_count(3)
-    found = page.evaluate(_GROUNDS)
-    assert found == {"around": 0, "plate": 0, "below": ["rgb(0, 177, 64)"]}
+    assert grounds(bare) == {"around": 0, "plate": 0, "below": ["rgb(0, 177, 64)"]}
     page.goto(f"{bare.url}/stage.html?room=triangle-8")
-    there(bare)
-    found = page.evaluate(_GROUNDS)
+    found = grounds(bare)
     assert (found["around"], found["plate"]) == (all_of_it, all_of_it)
 
 
