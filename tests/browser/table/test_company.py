@@ -4,7 +4,7 @@ import re
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import Open, Quick
+from tests.browser.conftest import Complaints, Open, Quick
 
 
 def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
@@ -40,3 +40,27 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")
     one.page.get_by_role("button", name="Invite").click()
     expect(one.page.locator("#invite-link")).to_have_value(f"{one.url}{quick.page}")
+
+
+def test_a_name_typed_before_its_code_has_come_is_kept(
+    opened: Open, quick: Quick, complaints: Complaints
+) -> None:
+    one = opened(quick.page).ready()
+    two = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
+    code = "**/company-parts.js"
+    complaints.allow(r"net::ERR_FAILED .*/company-parts\.js")
+    two.page.route(code, lambda route: route.abort())
+    two.drawer("Game")
+    with two.page.expect_event("requestfailed"):
+        two.page.get_by_text("Your name and colour").click()
+    two.page.get_by_label("Name").fill("Ada")
+    two.page.get_by_label("Name").blur()
+    two.page.unroute(code)
+
+    def comes() -> int:
+        two.page.keyboard.press("Shift")  # a key tries again, unless a try still fails
+        return two.page.locator("#self-colours input").count()
+
+    two.until(comes)
+    expect(one.page.locator("#people")).to_have_text("Ada")
+    expect(two.page.get_by_label("Name")).to_have_value("Ada")

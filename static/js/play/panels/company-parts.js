@@ -84,11 +84,12 @@ export function offerAppearance(game) {
     return make("label", { class: "swatch-choice" }, radio, dot);
   }));
   check("self-colour", chosen);
-  name.value = kept;
+  const typed = name.value !== ""; // before this was loaded
+  if (!typed) name.value = kept;
   let timer = 0;
   let toldMs = Number.NEGATIVE_INFINITY;
   onSubmit("self-form");
-  byId("self-form").addEventListener("change", () => {
+  const change = () => {
     const text = nameOf(name.value);
     name.setAttribute("aria-invalid", String(text === null));
     byId("self-note").textContent = t(text === null ? "company.bad-name" : "company.note");
@@ -100,5 +101,7 @@ export function offerAppearance(game) {
       toldMs = performance.now();
       game.room.appear();
     }, Math.max(0, toldMs + TOLD_MS - performance.now()));
-  });
+  };
+  byId("self-form").addEventListener("change", change);
+  if (typed && document.activeElement !== name) change(); // else it changes when the field is left
 }

@@ -38,19 +38,24 @@ export function showCompany(game, theme, touched) {
   game.onCalm("company", SHOWN_MS, show);
   show();
   theme.onChange(show);
-  let asked = false;
-  const first = async () => {
-    if (asked) return;
-    asked = true;
-    /** @type {{offerAppearance: typeof offerAppearance, showBest: typeof showBest}} */
-    const parts = await import(new URL("company-parts.js", import.meta.url).href);
+  /** @type {"" | "asked" | "failed"} */
+  let more = "";
+  const loadMore = async () => {
+    if (more === "asked") return;
+    more = "asked";
+    /** @type {{offerAppearance: typeof offerAppearance, showBest: typeof showBest} | null} */
+    const parts = await import(new URL("company-parts.js", import.meta.url).href).catch(() => null);
+    if (!parts) {
+      more = "failed"; // such as without a server: the next connection or touch tries again
+      return;
+    }
     parts.offerAppearance(game);
     parts.showBest(game, theme);
   };
-  for (const gesture of ["pointermove", "pointerdown", "keydown"]) {
-    document.addEventListener(gesture, first, { once: true });
-  }
-  if (touched) void first();
+  document.addEventListener("pointermove", loadMore, { once: true });
+  for (const gesture of ["pointerdown", "keydown"]) document.addEventListener(gesture, loadMore);
+  game.on("table", () => { if (more === "failed") void loadMore(); });
+  if (touched) void loadMore();
   onClick("invite", async () => {
     const link = new URL(`./?room=${encodeURIComponent(game.room.id)}`, document.baseURI).href;
     const copied = await copyFrom(byId("invite-link", HTMLInputElement), link);
