@@ -96,6 +96,6 @@ def test_a_ledger_that_is_in_use_or_is_not_there_is_refused(
     assert not file.exists()
     database = Database(f"sqlite:///{file}")
     database.open()
-    assert main(order) == 2
+    assert main(order) == 1
     assert "another server uses it" in capsys.readouterr().err
     database.close()
