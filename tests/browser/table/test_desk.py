@@ -80,7 +80,7 @@ def test_a_phone_zooms_into_no_field(opened: Open, quick: Quick, viewport: Viewp
     screen.page.locator("input[name=balls][value=auto]").check(force=True)
     screen.page.locator("#auto-on-win").select_option("times")
     assert screen.page.evaluate(_ZOOMED) == []
-    for drawer in ("Game", "Table", "Fairness", "Lab", "Settings"):
+    for drawer in ("Game", "Table", "Fairness", "For the curious", "Settings"):
         screen.drawer(drawer)
         assert screen.page.evaluate(_ZOOMED) == [], drawer
 
@@ -135,7 +135,7 @@ def test_the_card_of_a_win_covers_no_bin(opened: Open, rich: Quick) -> None:
 
 def test_the_card_of_a_win_closes_on_escape_alone(opened: Open, rich: Quick) -> None:
     screen = jackpot(opened, rich)
-    screen.drawer("Lab")
+    screen.drawer("For the curious")
     screen.page.keyboard.press("Escape")
     expect(screen.page.locator("#card")).to_be_hidden()
     expect(screen.page.locator("#lab")).to_be_visible()  # Escape closes one thing at a time
