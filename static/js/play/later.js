@@ -55,7 +55,7 @@ export function loadLater(game, theme, screen) {
   game.on("account", listed); // drops that ended while the page was elsewhere
   game.on("table", ({ hello }) => { if (hello.draw) inView(); });
   game.on("company", () => { if (game.room.company.here > 1) inView(); });
-  game.on("landed", inView); // of a drop that came by the API or the queue, too: the room may have no other visitor
+  game.on("landed", inView); // of drops by the API and the queue, too
   for (const gesture of GESTURES) document.addEventListener(gesture, touch);
   byId("sheet-body").addEventListener("click", async ({ target }) => {
     if (filled || !(target instanceof HTMLButtonElement) || !target.closest(".panel")) return;
