@@ -22,9 +22,8 @@ export function loadLater(game, theme, screen) {
   let touched = false; // whether there was a gesture
 
   const loadSheet = async () => {
-    const loading = screen.loadShow();
-    const { fillSheet } = await import("./panels/sheet.js");
-    fillSheet(game, theme, await loading, touched);
+    const [show, { fillSheet }] = await Promise.all([screen.loadShow(), import("./panels/sheet.js")]);
+    fillSheet(game, theme, show, touched);
     filled = true;
   };
   const loadLab = async () => {
@@ -42,7 +41,9 @@ export function loadLater(game, theme, screen) {
       throw error;
     }
   };
-  const needed = () => { if (!sheet) void load("game"); };
+  const needed = () => {
+    if (!sheet) load("game").catch(() => {}); // the player is told, and the next event tries again
+  };
   const inView = () => { if (!byId("sheet").hidden) needed(); };
   const touch = () => {
     touched = true;

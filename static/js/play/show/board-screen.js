@@ -69,11 +69,11 @@ export class BoardScreen {
     game.on("run", () => {
       if (game.falling > falling) {
         this.sound.ask();
-        void this.loadShow();
+        this.#withShow();
       }
       falling = game.falling;
     });
-    game.on("hit", () => void this.loadShow());
+    game.on("hit", () => this.#withShow());
   }
 
   /** @param {Hello} hello @param {Table} table */
@@ -105,12 +105,17 @@ export class BoardScreen {
     return this.#loading;
   }
 
+  /** Uses the show. A ball falls without it, too, as when the server is away. @param {(show: Show) => void} [use] */
+  #withShow(use = () => {}) {
+    this.loadShow().then(use, () => {});
+  }
+
   /** Our drop's landing was shown. @param {Played} played */
   #seen(played) {
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.sound()?.chime(score, (bin + 0.5) / this.tray.histogram.counts.length);
-    void this.loadShow().then((show) => show.see(played));
+    this.#withShow((show) => show.see(played));
   }
 
   /** @param {number} now ms */
