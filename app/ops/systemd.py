@@ -1,4 +1,4 @@
-"""What systemd is told of the server: that it is ready, still alive, or stopping (sd_notify)."""
+"""Tells systemd that the server is ready, still alive or stopping (sd_notify)."""
 
 import asyncio
 import os

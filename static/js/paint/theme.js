@@ -166,7 +166,7 @@ export class Theme {
     const shown = getComputedStyle(document.documentElement);
     const wrong = Object.entries(look.palette).filter(([name, colour]) =>
       shown.getPropertyValue(`--${kebab(name)}`) !== colour);
-    for (const [name, colour] of wrong) style.setProperty(`--${kebab(name)}`, colour); // each styles the whole page anew
+    for (const [name, colour] of wrong) style.setProperty(`--${kebab(name)}`, colour); // each restyles the whole page
     style.colorScheme = this.#scheme === "system" ? "" : this.#scheme;
     dataset.ground = look.ground;
     return look;

@@ -42,7 +42,7 @@ export function loadLater(game, theme, screen) {
     }
   };
   const needed = () => {
-    if (!sheet) load("game").catch(() => {}); // the player is told, and the next event tries again
+    if (!sheet) load("game").catch(() => {}); // `load` has told the player; the next event retries
   };
   const inView = () => { if (!byId("sheet").hidden) needed(); };
   const touch = () => {

@@ -13,7 +13,7 @@ import { amount, percent } from "../../util/format.js";
 /** @import { Game } from "../game.js" */
 
 const TOUCH_MS = 3500; // that it stays after a tap
-const RARE = 0.01; // rarer bins are told as one ball in many
+const RARE = 0.01; // below this share the tip says "1 of n balls"
 const EDGE = 4; // CSS pixels to the board's sides
 
 /** @param {Game} game @param {BoardView} view @param {PointerEvent} first over the board */
