@@ -329,5 +329,6 @@ def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) ->
     for context in contexts:
         context.close()
     for profile, page in shared:
+        page.goto("about:blank")  # ends the document, which could still store something in `close`
         page.close()
         profile.clear(server.url)

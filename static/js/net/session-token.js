@@ -24,14 +24,14 @@ export function keepToken(storage, session, token) {
   storage.setItem(SESSIONS, JSON.stringify(all.slice(-KEPT)));
 }
 
-/**
- * The options for a request about a session: the token, if this browser has it.
- * @param {Tokens} storage
- * @param {string} session
- * @returns {RequestInit}
- */
-export function showingToken(storage, session) {
+/** @param {Tokens} storage @param {string} session @returns {string | undefined} the token, if this browser has it */
+export function tokenOf(storage, session) {
   const former = () => readStored(storage, FORMER, isFormer)?.find(([id]) => id === session)?.[1];
-  const token = storage.getItem(KEY + session) ?? former();
+  return storage.getItem(KEY + session) ?? former();
+}
+
+/** The options for a request about a session. @param {Tokens} storage @param {string} session @returns {RequestInit} */
+export function showingToken(storage, session) {
+  const token = tokenOf(storage, session);
   return token ? { headers: { accept: "application/json", authorization: `Bearer ${token}` } } : {};
 }

@@ -22,7 +22,8 @@ export function loadLater(game, theme, screen) {
   let touched = false; // whether there was a gesture
 
   const loadSheet = async () => {
-    const [show, { fillSheet }] = await Promise.all([screen.loadShow(), import("./panels/sheet.js")]);
+    const show = await screen.loadShow();
+    const { fillSheet } = await import("./panels/sheet.js");
     fillSheet(game, theme, show, touched);
     filled = true;
   };

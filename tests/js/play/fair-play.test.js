@@ -92,6 +92,16 @@ test("after a reconnect another commitment is rejected", async () => {
   }
 });
 
+test("a session whose token is gone is not joined again: its results could not be read", async () => {
+  const kept = storage();
+  await begun(visit(kept));
+  kept.removeItem("plinko.token.s1");
+  const again = visit(kept);
+  again.fair.greeted(HELLO);
+  await asked(again);
+  assert.deepEqual(again.sent.map(({ session }) => session), [undefined]);
+});
+
 test("an export contains what the page received", async () => {
   const at = await begun();
   const receipt = { receipt: { session: "s1", drop: 0 }, index: 4, root: "aa", signature: "bb" };

@@ -10,7 +10,7 @@
 import { canonical } from "../../fairness/canonical.js";
 import { bytesOfHex, hasCrypto, hexOf } from "../../fairness/crypto.js";
 import { commitment } from "../../fairness/seeds.js";
-import { keepToken } from "../../net/session-token.js";
+import { keepToken, tokenOf } from "../../net/session-token.js";
 import { t } from "../../texts/text.js";
 import { isRecord, readStored } from "../../util/stored.js";
 
@@ -28,8 +28,8 @@ const MOST_DROPS = 1000; // a session: the server's limit
 /**
  * What is stored of one room's session, to resume it after a reload. `given` is the statement that the server had
  * signed before we opened the session.
- * @typedef {{room: string, board: string, session: string, token: string, secret: string,
- *   given: Signed, heard: SignedReceipt[]}} Kept
+ * @typedef {{room: string, board: string, session: string, secret: string, given: Signed,
+ *   heard: SignedReceipt[]}} Kept
  *
  * What this page itself has received, in an export's format. The check compares it with the server's export, which
  * the server could have changed.
@@ -103,13 +103,14 @@ export class FairPlay {
     if (this.failed) return;
     const kept = this.#saved().find((each) => each.room === this.room) ?? null;
     this.#kept = kept;
-    if (!kept || kept.board !== board) {
+    const token = kept && tokenOf(this.storage, kept.session);
+    if (!kept || kept.board !== board || !token) {
       this.#abandon();
       return;
     }
     this.#secret = kept.secret;
     this.#rejoining = true;
-    this.send({ type: "session", session: kept.session, token: kept.token, ref: REF });
+    this.send({ type: "session", session: kept.session, token, ref: REF });
   }
 
   /**
@@ -178,7 +179,7 @@ export class FairPlay {
     if (state.token) {
       const { session, token, statement, signature } = state;
       keepToken(this.storage, session, token);
-      this.#keep({ room: this.room, board: this.#board, session, token, secret: this.#secret,
+      this.#keep({ room: this.room, board: this.#board, session, secret: this.#secret,
         given: { statement, signature }, heard: [] });
     }
     if (!state.token && this.#rejoining) this.news.tell("rejoined", state);
@@ -282,5 +283,5 @@ export class FairPlay {
 function isAllKept(value) {
   return Array.isArray(value) && value.every((kept) => isRecord(kept) && isRecord(kept.given)
     && isRecord(kept.given.statement) && Array.isArray(kept.heard)
-    && ["room", "board", "session", "token", "secret"].every((name) => typeof kept[name] === "string"));
+    && ["room", "board", "session", "secret"].every((name) => typeof kept[name] === "string"));
 }

@@ -54,9 +54,9 @@ export class Celebration {
     onClick("card-video", () => this.#saveVideo());
     document.addEventListener("keydown", (event) => {
       if (event.key !== "Escape" || byId("card").hidden) return;
-      event.stopImmediatePropagation(); // Escape closes one thing at a time
+      event.stopPropagation(); // Escape closes one thing at a time
       this.hide();
-    });
+    }, { capture: true });
   }
 
   hide() {
