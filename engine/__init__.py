@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from plinko.engine.multibody.static_geometry import StaticGeometry
     from plinko.engine.world.world import World
 
-__version__ = "1.0.0"
+__version__ = "2.0.0"
 """The release. PHYSICS_VERSION is the separate version of the drops' results."""
 
 __all__ = [
