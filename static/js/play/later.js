@@ -56,7 +56,7 @@ export function loadLater(game, theme, screen) {
   game.on("seen", needed);
   game.on("account", listed); // drops that ended while the page was elsewhere
   game.on("table", ({ hello }) => { if (hello.draw) inView(); });
-  game.on("company", () => { if (game.room.company.here > 1) inView(); });
+  game.on("visitors", () => { if (game.room.visitors.here > 1) inView(); });
   game.on("landed", inView); // of drops by the API and the queue, too
   for (const gesture of GESTURES) document.addEventListener(gesture, touch);
   byId("sheet-body").addEventListener("click", async ({ target }) => {

@@ -1,6 +1,6 @@
 // One room, over all its connections: the socket, the clock, the balls, our drops, the fair session, the players.
 
-import { Company } from "../model/table/company.js";
+import { Visitors } from "../model/table/visitors.js";
 import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { MINOR_UNITS } from "../model/player/account.js";
 import { Table } from "../model/table/table.js";
@@ -86,7 +86,7 @@ export class Room {
     this.self = self;
     this.streams = streams;
     this.own = new OwnDrops(news);
-    this.company = new Company(() => news.tell("company", null));
+    this.visitors = new Visitors(() => news.tell("visitors", null));
     this.fair = fair((message) => this.connection.greeted && this.connection.send(message));
     this.connection = this.#connect();
   }
@@ -255,7 +255,7 @@ export class Room {
     else if (event.type === "halted") this.news.tell("halted", event.halted);
     else if (event.type === "notice") this.news.tell("notice", event);
     else if (event.type === "queue") this.news.tell("queue", event);
-    else if (event.type === "presence") this.company.hear(event, this.table?.balls.values());
+    else if (event.type === "presence") this.visitors.hear(event, this.table?.balls.values());
     else if (event.type === "pong") this.news.tell("pong", performance.now() - event.t);
     this.news.tell("picture", null);
   }
@@ -276,8 +276,8 @@ export class Room {
     const open = this.wallet.open.filter(({ room }) => room === this.id);
     for (const session of this.own.adopt(open)) this.news.tell("behind", session);
     this.fair.greeted(hello, held);
-    this.company.begin();
-    for (const ball of table.balls.values()) this.company.dye(ball);
+    this.visitors.begin();
+    for (const ball of table.balls.values()) this.visitors.dye(ball);
     this.appear();
     this.news.tell("table", { hello, table });
     this.#resume(hello, pending);
@@ -376,7 +376,7 @@ export class Room {
     if (!table.awake) clock.restart();
     clock.observe(event.tick, performance.now());
     const ball = table.accept(event, this.own.has(event.ref));
-    this.company.dye(ball);
+    this.visitors.dye(ball);
     this.own.accepted(event.ref, ball, fairPlaceOf(event));
     this.fair.accepted(event);
     this.#setState("live");
@@ -407,9 +407,9 @@ export class Room {
     if (ball.id >= 0) {
       if (outcome.bin !== null) {
         const entry = { x: outcome.x_end, speed: ball.sink?.vy ?? 0 };
-        this.news.tell("hit", { bin: outcome.bin, entry, owner: this.company.ownerOf(ball) });
+        this.news.tell("hit", { bin: outcome.bin, entry, owner: this.visitors.ownerOf(ball) });
       }
-      this.news.tell("landed", this.company.landed(ball, outcome));
+      this.news.tell("landed", this.visitors.landed(ball, outcome));
     }
     this.own.seen(ball, outcome);
   }

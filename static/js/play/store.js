@@ -6,7 +6,7 @@
 /** @import { Receipt } from "../fairness/export.js" */
 /** @import { Expected } from "./panels/fit.js" */
 /** @import { Entry } from "../instruments/pile/columns.js" */
-/** @import { Landing, Owner } from "../model/table/company.js" */
+/** @import { Landing, Owner } from "../model/table/visitors.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Heard } from "./fairness/fair-play.js" */
 
@@ -14,7 +14,7 @@
  * @typedef {object} News the events' values, by kind
  * @property {{hello: Hello, table: Table}} table a room was entered, or entered again after a lost connection
  * @property {null} room the connection's state, the session or our open drops have changed
- * @property {null} company players came, went, changed or landed
+ * @property {null} visitors players came, went, changed or landed
  * @property {null} choice the settings on the desk have changed
  * @property {null} account
  * @property {null} run a series of balls has grown or finished

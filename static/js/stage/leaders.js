@@ -3,7 +3,7 @@
 import { labelOf } from "../model/board.js";
 
 /** @import { Board } from "../model/board.js" */
-/** @import { Landing } from "../model/table/company.js" */
+/** @import { Landing } from "../model/table/visitors.js" */
 /** @import { Rank } from "./wishes.js" */
 
 export const MOST_NAMES = 300; // beyond it, the name with the oldest last landing is dropped

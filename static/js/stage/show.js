@@ -6,12 +6,12 @@ import { BoardView } from "../board/view.js";
 import { emptyScene } from "../model/scene.js";
 import { ratioOf } from "../paint/geometry.js";
 import { FairPlay } from "../play/fairness/fair-play.js";
-import { called, paidMark, swatch } from "../play/panels/company.js";
+import { called, paidMark, swatch } from "../play/panels/visitors.js";
 import { Room } from "../play/room.js";
 import { Sound } from "../play/sound/sound.js";
 import { Store } from "../play/store.js";
 import { Wallet } from "../play/account/wallet.js";
-import { swatchOf } from "../model/table/company.js";
+import { swatchOf } from "../model/table/visitors.js";
 import { t } from "../texts/text.js";
 import { byId, make } from "../util/dom.js";
 import { plain } from "../util/format.js";
@@ -21,7 +21,7 @@ import { Leaders } from "./leaders.js";
 import { StageTray } from "./tray.js";
 
 /** @import { Hello, QueueState } from "../model/messages.js" */
-/** @import { Landing } from "../model/table/company.js" */
+/** @import { Landing } from "../model/table/visitors.js" */
 /** @import { Table } from "../model/table/table.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Solver } from "../solver/solver.js" */
@@ -112,7 +112,7 @@ export class Show {
       this.view.setBoard(board, slots);
       this.view.moving.setAttribute("aria-label", describeBoard(board));
       this.#leaders.clear();
-      this.room.company.landings = [];
+      this.room.visitors.landings = [];
       this.#list();
     }
     this.tray?.setTable(hello);
@@ -142,7 +142,7 @@ export class Show {
 
   #list() {
     const { winners, leaders } = this.wishes;
-    const landings = winners ? this.room.company.landings.slice(0, SHOWN) : [];
+    const landings = winners ? this.room.visitors.landings.slice(0, SHOWN) : [];
     fill("winners", landings.map((landing) => this.#row(landing, this.#paid(landing))));
     const best = leaders ? this.#leaders.top(leaders, SHOWN) : [];
     fill("leaders", best.map((leader) => this.#leader(leader, /** @type {Rank} */ (leaders))));

@@ -4,7 +4,7 @@ import { Colours } from "../instruments/colours.js";
 import { Histogram } from "../instruments/histogram.js";
 import { LARGE_DISCS } from "../instruments/pile/columns.js";
 import { openPile } from "../instruments/pile/pile.js";
-import { swatchOf } from "../model/table/company.js";
+import { swatchOf } from "../model/table/visitors.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { expectedOn } from "./expected.js";

@@ -18,12 +18,12 @@ const MOST_LANDINGS = 8;
  */
 
 /** The visitors of one table, from its presence events. */
-export class Company {
+export class Visitors {
   /** This page's visitor number. @type {number | null} */
   you = null;
   here = 0;
   /** From the last presence event. @type {Visitor[]} */
-  visitors = [];
+  present = [];
   /** @type {Landing[]} the latest first */
   landings = [];
   /** @type {Map<number, Visitor>} */
@@ -38,7 +38,7 @@ export class Company {
   begin() {
     this.you = null;
     this.here = 0;
-    this.visitors = [];
+    this.present = [];
     this.#known.clear();
     this.onChange();
   }
@@ -47,7 +47,7 @@ export class Company {
   hear({ you, here, visitors }, balls = []) {
     this.you = you ?? this.you;
     this.here = here;
-    this.visitors = visitors;
+    this.present = visitors;
     for (const visitor of visitors) {
       this.#known.delete(visitor.visitor);
       this.#known.set(visitor.visitor, visitor);

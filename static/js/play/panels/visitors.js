@@ -1,7 +1,7 @@
-// The other players at the table, what they have won, and an invitation link. More of the panel is in company-parts.js.
+// The other players at the table, what they have won, and an invitation link. More of the panel is in visitors-parts.js.
 
 import { labelOf } from "../../model/board.js";
-import { swatchOf } from "../../model/table/company.js";
+import { swatchOf } from "../../model/table/visitors.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
 import { replayLink } from "../../net/drop-address.js";
 import { coloursOf, prizeOf } from "../../paint/prizes.js";
@@ -11,31 +11,31 @@ import { byId, make, onClick } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
 
 /** @import { Board } from "../../model/board.js" */
-/** @import { Landing, Owner } from "../../model/table/company.js" */
+/** @import { Landing, Owner } from "../../model/table/visitors.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
-/** @import { offerAppearance, showBest } from "./company-parts.js" */
+/** @import { offerAppearance, showBest } from "./visitors-parts.js" */
 
 const FED = 5; // landings of others next to the board
 const SHOWN_MS = 250; // between two updates while many balls land
 
 /** @param {Game} game @param {Theme} theme @param {boolean} touched whether there was a gesture before */
-export function showCompany(game, theme, touched) {
+export function showVisitors(game, theme, touched) {
   const show = () => {
-    const { company } = game.room;
-    const visitors = company.visitors.filter(({ visitor }) => visitor !== company.you);
-    byId("company-here").textContent = company.here > 1
-      ? t("company.others", { n: company.here - 1 })
-      : t("company.alone");
-    byId("people").replaceChildren(...visitors.map((visitor) =>
+    const { visitors } = game.room;
+    const present = visitors.present.filter(({ visitor }) => visitor !== visitors.you);
+    byId("visitors-here").textContent = visitors.here > 1
+      ? t("visitors.others", { n: visitors.here - 1 })
+      : t("visitors.alone");
+    byId("people").replaceChildren(...present.map((visitor) =>
       make("li", {}, swatch(swatchOf(visitor)), make("bdi", {}, called(visitor)))));
-    const { landings } = company;
+    const { landings } = visitors;
     byId("landings").hidden = landings.every(({ mine }) => mine);
     byId("landings").replaceChildren(...landings.map((landing) => rowOf(landing, game, theme)));
     const others = landings.filter(({ mine }) => !mine).slice(0, FED);
     byId("feed").replaceChildren(...others.map((landing) => make("li", {}, ...cellsOf(landing, game, theme))));
   };
-  game.onCalm("company", SHOWN_MS, show);
+  game.onCalm("visitors", SHOWN_MS, show);
   show();
   theme.onChange(show);
   /** @type {"" | "asked" | "failed"} */
@@ -44,7 +44,7 @@ export function showCompany(game, theme, touched) {
     if (more === "asked") return;
     more = "asked";
     /** @type {{offerAppearance: typeof offerAppearance, showBest: typeof showBest} | null} */
-    const parts = await import(new URL("company-parts.js", import.meta.url).href).catch(() => null);
+    const parts = await import(new URL("visitors-parts.js", import.meta.url).href).catch(() => null);
     if (!parts) {
       more = "failed"; // such as without a server: the next connection or touch tries again
       return;
@@ -59,14 +59,14 @@ export function showCompany(game, theme, touched) {
   onClick("invite", async () => {
     const link = new URL(`./?room=${encodeURIComponent(game.room.id)}`, document.baseURI).href;
     const copied = await copyFrom(byId("invite-link", HTMLInputElement), link);
-    byId("invite-note").textContent = t(copied ? "company.copied" : "company.marked");
+    byId("invite-note").textContent = t(copied ? "visitors.copied" : "visitors.marked");
   });
 }
 
 /** @param {Landing} landing @param {Game} game @param {Theme} theme @returns {HTMLElement[]} who won what */
 function cellsOf({ mine, owner, score, bin, paid }, { room: { hello } }, theme) {
   const colour = mine ? (owner?.colour ?? theme.palette.ball) : (owner ? swatchOf(owner) : theme.palette.other);
-  const who = mine ? t("company.you") : called(owner);
+  const who = mine ? t("visitors.you") : called(owner);
   const sum = make("span", { class: "sum" }, paid === null ? "" : amount(paid / MINOR_UNITS));
   return [swatch(colour), make("bdi", {}, who), paidMark(theme, hello?.board ?? null, bin, score), sum];
 }
@@ -80,8 +80,8 @@ function rowOf(landing, game, theme) {
   if (hello?.mode === "interacting") return row;
   const { seed, x, explicit, aim } = ball;
   const href = replayLink({ board: own.address, seed, x: explicit ? x : null, aim });
-  const who = mine ? t("company.you") : called(owner);
-  const name = t("company.replay", { who, pays: prizeOf(hello?.board ?? null, bin, score) });
+  const who = mine ? t("visitors.you") : called(owner);
+  const name = t("visitors.replay", { who, pays: prizeOf(hello?.board ?? null, bin, score) });
   row.append(make("a", { class: "again", href, "aria-label": name }, t("play.replay")));
   return row;
 }
@@ -96,7 +96,7 @@ export function swatch(colour) {
 /** @param {Owner | null} owner @returns {string} */
 export function called(owner) {
   if (owner?.name) return owner.name;
-  return owner?.visitor === undefined ? t("company.someone") : t("company.guest", { n: owner.visitor });
+  return owner?.visitor === undefined ? t("visitors.someone") : t("visitors.guest", { n: owner.visitor });
 }
 
 /**

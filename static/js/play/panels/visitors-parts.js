@@ -3,7 +3,7 @@
 
 import { MINOR_UNITS } from "../../model/player/account.js";
 import { COLOURS } from "../../model/player/colour.js";
-import { swatchOf } from "../../model/table/company.js";
+import { swatchOf } from "../../model/table/visitors.js";
 import { ApiError, getJson } from "../../net/api.js";
 import { replayLink } from "../../net/drop-address.js";
 import { prizeOf } from "../../paint/prizes.js";
@@ -11,9 +11,9 @@ import { t } from "../../texts/text.js";
 import { byId, check, make, onSubmit, radioValue } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
 import { nameOf } from "../account/self.js";
-import { called, paidMark, swatch } from "./company.js";
+import { called, paidMark, swatch } from "./visitors.js";
 
-/** @import { Owner } from "../../model/table/company.js" */
+/** @import { Owner } from "../../model/table/visitors.js" */
 /** @import { Plays } from "../../net/replies.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
@@ -35,13 +35,13 @@ export function showBest(game, theme) {
     const { owner, bin, score, paid, href } = best;
     const pays = prizeOf(hello.board, bin, score);
     const [who, sum] = [called(owner), amount(paid / MINOR_UNITS)];
-    const replay = make("a", { class: "again", href, "aria-label": t("company.replay", { who, pays }) }, t("play.replay"));
+    const replay = make("a", { class: "again", href, "aria-label": t("visitors.replay", { who, pays }) }, t("play.replay"));
     const colour = owner ? swatchOf(owner) : theme.palette.other;
     byId("best-row").replaceChildren(swatch(colour), make("bdi", {}, who), paidMark(theme, hello.board, bin, score),
       make("span", { class: "sum" }, sum), replay);
     const key = byId("best-key", HTMLAnchorElement);
     key.href = href;
-    key.textContent = t("company.best-key", { pays, sum });
+    key.textContent = t("visitors.best-key", { pays, sum });
   };
   /** @param {Best} found */
   const take = (found) => {
@@ -78,7 +78,7 @@ export function offerAppearance(game) {
   const { colour: chosen = "", name: kept = "" } = game.self.appearance;
   const shown = ["", ...COLOURS, ...(chosen && !COLOURS.includes(chosen) ? [chosen] : [])];
   byId("self-colours").append(...shown.map((value, i) => {
-    const words = value ? t("company.colour", { n: i }) : t("company.no-colour");
+    const words = value ? t("visitors.colour", { n: i }) : t("visitors.no-colour");
     const radio = make("input", { type: "radio", name: "self-colour", value, "aria-label": words });
     const dot = value ? swatch(value) : make("i", { class: "swatch swatch-none" });
     return make("label", { class: "swatch-choice" }, radio, dot);
@@ -92,7 +92,7 @@ export function offerAppearance(game) {
   const change = () => {
     const text = nameOf(name.value);
     name.setAttribute("aria-invalid", String(text === null));
-    byId("self-note").textContent = t(text === null ? "company.bad-name" : "company.note");
+    byId("self-note").textContent = t(text === null ? "visitors.bad-name" : "visitors.note");
     if (text === null) return;
     game.self.change({ name: text, colour: radioValue("self-colour") });
     name.value = text;

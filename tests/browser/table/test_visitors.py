@@ -11,7 +11,7 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     opened: Open, quick: Quick
 ) -> None:
     one = opened(quick.page).ready()
-    expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")
+    expect(one.page.locator("#visitors-here")).to_have_text("Nobody else is here.")
     two = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
     expect(one.page.locator("#people")).to_have_text("Guest 2")
     two.drawer("Game")
@@ -37,7 +37,7 @@ def test_two_visitors_meet_and_the_demo_ends_with_the_first_ball(
     expect(one.page.locator("#tray-count")).to_have_text("1 ball landed at this table")
 
     two.page.close()
-    expect(one.page.locator("#company-here")).to_have_text("Nobody else is here.")
+    expect(one.page.locator("#visitors-here")).to_have_text("Nobody else is here.")
     one.page.get_by_role("button", name="Invite").click()
     expect(one.page.locator("#invite-link")).to_have_value(f"{one.url}{quick.page}")
 
@@ -47,8 +47,8 @@ def test_a_name_typed_before_its_code_has_come_is_kept(
 ) -> None:
     one = opened(quick.page).ready()
     two = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
-    code = "**/company-parts.js"
-    complaints.allow(r"net::ERR_FAILED .*/company-parts\.js")
+    code = "**/visitors-parts.js"
+    complaints.allow(r"net::ERR_FAILED .*/visitors-parts\.js")
     two.page.route(code, lambda route: route.abort())
     two.drawer("Game")
     with two.page.expect_event("requestfailed"):
