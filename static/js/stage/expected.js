@@ -9,7 +9,7 @@ import { t } from "../texts/text.js";
 /** @import { Expectation } from "../instruments/histogram.js" */
 /** @import { Hello } from "../model/messages.js" */
 /** @import { OddsReply } from "../net/replies.js" */
-/** @import { Theory } from "./wishes.js" */
+/** @import { Theory } from "./options.js" */
 
 /**
  * In a draw, its published odds; for a preset, its recorded landings; for another board, a sample that the server

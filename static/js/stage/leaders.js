@@ -4,7 +4,7 @@ import { labelOf } from "../model/board.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Landing } from "../model/table/visitors.js" */
-/** @import { Rank } from "./wishes.js" */
+/** @import { Rank } from "./options.js" */
 
 export const MOST_NAMES = 300; // beyond it, the name with the oldest last landing is dropped
 

@@ -7,24 +7,24 @@ import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
 import { Show } from "./show.js";
-import { readWishes } from "./wishes.js";
+import { readOptions } from "./options.js";
 
-/** @type {Record<import("./wishes.js").Rank, import("../texts/text.js").Key>} */
+/** @type {Record<import("./options.js").Rank, import("../texts/text.js").Key>} */
 const TITLES = { best: "stage.best", balls: "stage.balls", prizes: "stage.prizes" };
 
 async function start() {
   const asked = new URLSearchParams(window.location.search);
-  const wishes = readWishes(asked);
+  const options = readOptions(asked);
   const { dataset, style } = document.documentElement;
-  if (wishes.ground !== null) {
+  if (options.ground !== null) {
     dataset.key = "";
-    style.setProperty("--key", wishes.ground);
+    style.setProperty("--key", options.ground);
   }
-  if (wishes.leaders) byId("leaders-title").textContent = t(TITLES[wishes.leaders]);
+  if (options.leaders) byId("leaders-title").textContent = t(TITLES[options.leaders]);
   const opening = openSolver().catch(() => null);
   const theme = await Theme.load();
   const solver = await opening;
-  new Show(wishes, { theme, solver, streams: streamsFor(asked.get("stream"), solver !== null) });
+  new Show(options, { theme, solver, streams: streamsFor(asked.get("stream"), solver !== null) });
 }
 
 start().catch((error) => {

@@ -28,7 +28,7 @@ import { StageTray } from "./tray.js";
 /** @import { Leader } from "./leaders.js" */
 /** @import { LineState } from "../play/room.js" */
 /** @import { Key } from "../texts/text.js" */
-/** @import { Rank, Wishes } from "./wishes.js" */
+/** @import { Rank, StageOptions } from "./options.js" */
 
 const QUEUED = 2; // items shown of the queue
 const NOTHING_WAITS = { waiting: 0, paused: false, items: [] };
@@ -53,9 +53,9 @@ export class Show {
   #leaders = new Leaders();
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
 
-  /** @param {Wishes} wishes @param {{theme: Theme, solver: Solver | null, streams: string[]}} options */
-  constructor(wishes, { theme, solver, streams }) {
-    this.wishes = wishes;
+  /** @param {StageOptions} options @param {{theme: Theme, solver: Solver | null, streams: string[]}} parts */
+  constructor(options, { theme, solver, streams }) {
+    this.options = options;
     this.theme = theme;
     this.loop = new FrameLoop((now) => this.#draw(now));
     const wake = () => this.loop.wake();
@@ -63,21 +63,21 @@ export class Show {
       still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
     };
     this.idle = new Idle(wake);
-    const around = wishes.ground === null;
+    const around = options.ground === null;
     const news = this.#subscribed(wake);
-    this.tray = wishes.tray && new StageTray(wishes, theme, news);
+    this.tray = options.tray && new StageTray(options, theme, news);
     this.view = new BoardView(canvases, theme, (geometry) => {
       this.tray?.histogram.layOut(geometry);
       wake();
-    }, { around, plate: wishes.plate });
-    this.sound = wishes.sound ? soundOf(news) : null;
-    byId("winners-panel").hidden = !wishes.winners;
-    byId("leaders-panel").hidden = wishes.leaders === null;
-    byId("queue-panel").hidden = !wishes.queue;
-    if (wishes.join) showWay(wishes.room);
-    this.room = new Room(wishes.room, {
+    }, { around, plate: options.plate });
+    this.sound = options.sound ? soundOf(news) : null;
+    byId("winners-panel").hidden = !options.winners;
+    byId("leaders-panel").hidden = options.leaders === null;
+    byId("queue-panel").hidden = !options.queue;
+    if (options.join) showWay(options.room);
+    this.room = new Room(options.room, {
       news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: null,
-      fair: (send) => new NoSession(wishes.room, NOTHING_KEPT, news, send),
+      fair: (send) => new NoSession(options.room, NOTHING_KEPT, news, send),
     });
     theme.onChange(() => {
       this.view.repaint();
@@ -141,7 +141,7 @@ export class Show {
   }
 
   #list() {
-    const { winners, leaders } = this.wishes;
+    const { winners, leaders } = this.options;
     const landings = winners ? this.room.visitors.landings.slice(0, SHOWN) : [];
     fill("winners", landings.map((landing) => this.#row(landing, this.#paid(landing))));
     const best = leaders ? this.#leaders.top(leaders, SHOWN) : [];
@@ -185,7 +185,7 @@ export class Show {
     const demo = this.#demo(now, still);
     const scene = demo ?? table?.sceneAt(time, now / 1000) ?? emptyScene();
     if (table) this.sound?.hear(table.heard, time);
-    for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.wishes.names ? by : undefined;
+    for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.options.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
     this.view.draw(scene);
     const settling = this.tray?.show(now, still) ?? false;
@@ -196,7 +196,7 @@ export class Show {
   #demo(now, still) {
     const { table, hello } = this.room;
     const listed = document.querySelector(".show-list > li") !== null;
-    const idle = this.wishes.ground === null && table !== null && !table.busy && !listed;
+    const idle = this.options.ground === null && table !== null && !table.busy && !listed;
     return this.idle.sceneAt(idle, now, table && hello && !still ? { table, hello } : null);
   }
 }

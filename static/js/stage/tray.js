@@ -12,7 +12,7 @@ import { expectedOn } from "./expected.js";
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Store } from "../play/store.js" */
-/** @import { Wishes } from "./wishes.js" */
+/** @import { StageOptions } from "./options.js" */
 
 const AGAIN_MS = 30_000; // until the next request, if the expected counts could not be loaded
 
@@ -20,7 +20,7 @@ const AGAIN_MS = 30_000; // until the next request, if the expected counts could
 export class StageTray {
   #digest = "";
 
-  /** @param {Wishes} wishes @param {Theme} theme @param {Store} news */
+  /** @param {StageOptions} options @param {Theme} theme @param {Store} news */
   constructor({ tray, expected }, theme, news) {
     this.expected = expected;
     this.news = news;

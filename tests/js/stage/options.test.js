@@ -3,9 +3,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { readWishes } from "../../../static/js/stage/wishes.js";
+import { readOptions } from "../../../static/js/stage/options.js";
 
-const read = (search) => readWishes(new URLSearchParams(search));
+const read = (search) => readOptions(new URLSearchParams(search));
 
 const PLAIN = { room: "main", ground: null, plate: true, names: true, winners: true, leaders: "best", queue: true, join: false, tray: null, expected: null, sound: false };
 

@@ -7,7 +7,7 @@ import { MAIN_ROOM } from "../model/presets.js";
 /** @typedef {"on" | "binomial"} Theory expected counts: of this board, or of an ideal Galton board */
 
 /**
- * @typedef {object} Wishes
+ * @typedef {object} StageOptions
  * @property {string} room
  * @property {string | null} ground the page's background: null for the theme's, "transparent", or #rrggbb
  * @property {boolean} plate whether the board has its own background
@@ -29,8 +29,8 @@ const TRAYS = ["pile", "bars"];
 const THEORIES = ["on", "binomial"];
 const COLOUR = /^#?([0-9a-f]{6})$/i;
 
-/** @param {URLSearchParams} asked @returns {Wishes} invalid options have their defaults */
-export function readWishes(asked) {
+/** @param {URLSearchParams} asked @returns {StageOptions} invalid options have their defaults */
+export function readOptions(asked) {
   const leaders = asked.get("leaders");
   return {
     room: asked.get("room") || MAIN_ROOM,
