@@ -133,7 +133,7 @@ def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
 def test_a_missing_room_is_reported_with_links(opened: Open) -> None:
     screen = opened("/sandbox.html?room=nosuch")
     expect(screen.result).to_contain_text("There is no room nosuch")
-    screen.page.locator("#ways-on").get_by_role("link", name="Open my own box").click()
+    screen.page.locator("#room-links").get_by_role("link", name="Open my own box").click()
     balls(screen, 60)
 
 

@@ -20,7 +20,7 @@ import { SandboxRoom } from "./room.js";
 import { ScenePanel } from "./scene-panel.js";
 import { BALL, SOLVER, THROW, WORLD } from "./sliders.js";
 import { SandboxView } from "./view.js";
-import { showWaysOn } from "./ways-on.js";
+import { showRoomLinks } from "./room-links.js";
 
 /** @import { Point } from "../model/board.js" */
 /** @import { ArenaEvent, Diagnostics, Settings } from "../model/messages.js" */
@@ -251,7 +251,7 @@ export class SandboxPage {
       ? t("play.reconnecting", { seconds: detail ?? "" }) : (STATE_TEXTS[state] ?? ""));
     if (state === "closed") {
       this.#say(detail || t("box.room-closed"));
-      void showWaysOn();
+      void showRoomLinks();
     }
     // A snapshot from before a drag can still say that all balls sleep.
     if (state === "asleep" && this.room.made.size && !this.pointer.holds) this.#say(t("box.all-rest"));

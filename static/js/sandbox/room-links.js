@@ -9,8 +9,8 @@ import { byId, make } from "../util/dom.js";
 const MOST = 6; // rooms in the list
 
 /** Links a private box and the rooms of touching balls. */
-export async function showWaysOn() {
-  const list = byId("ways-on");
+export async function showRoomLinks() {
+  const list = byId("room-links");
   list.replaceChildren(way("sandbox.html", t("box.to-own")), way(addressOf("sandbox"), t("box.together")));
   list.hidden = false;
   for (const { id, board_name: name } of await openRooms()) {
