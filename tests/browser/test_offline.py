@@ -73,6 +73,9 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     expect(page.locator("#drops > li")).to_have_count(1)
     expect(page.locator("#result")).to_contain_text("(Übung)")
     expect(page.locator("#staked")).to_have_text("0,00")
+    page.mouse.move(300, 300)  # the form of the name is fetched then
+    colour = page.locator("#self-colours input").first
+    expect(colour).to_have_attribute("aria-label", "Standardfarbe")
 
     # The session's solver is not the page's. The verdict names it, so the page ran its checks.
     page.goto(f"{base}/verify.html")

@@ -19,11 +19,15 @@ const texts = new Map(
 function importsOf(path) {
   const found = [];
   const form = /(?:^import|@import|^export)\s+\{([^}]*)\}\s+from\s+"(\.[^"]+)"/gm;
-  const later = /\{([^{}]*)\} = await import\("(\.[^"]+)"\)/g;
-  for (const [, names, from] of [...texts.get(path).matchAll(form), ...texts.get(path).matchAll(later)]) {
-    const target = new URL(from, new URL(path, ROOT)).href.slice(ROOT.href.length);
+  const later = /\bimport\("(\.[^"]+)"\)/g;
+  const targetOf = (from) => new URL(from, new URL(path, ROOT)).href.slice(ROOT.href.length);
+  for (const [, names, from] of texts.get(path).matchAll(form)) {
     const list = names.split(",").map((name) => name.trim().split(/\s+as\s+/)[0]);
-    found.push({ target, names: list.filter(Boolean) });
+    found.push({ target: targetOf(from), names: list.filter(Boolean) });
+  }
+  // What is imported later is used by its name in the importing file.
+  for (const [, from] of texts.get(path).matchAll(later)) {
+    found.push({ target: targetOf(from), names: texts.get(path).match(/\w+/g) });
   }
   return found;
 }

@@ -37,6 +37,7 @@ _DATA = re.compile(r'^import (?P<name>\w+) from "(?P<path>[^"]+)" with \{ type: 
 _LEFT = re.compile(r"^(?:import|export)\b.*$", re.M)
 _BESIDE = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
 _LATER = re.compile(r'\bimport\("(\.[^"]+)\.js"\)')
+_COMPUTED = re.compile(r'^.*\bimport\((?!")', re.M)
 _RETURNED = re.compile(r"return\s*\{([^}]*)\};?\s*\}\)\(\);\s*$")
 _SHEET = re.compile(r'    <link rel="stylesheet" href="(css/[^"]+)">\n')
 # css/base.css hides the page until a script has set the colours. The bundled sheet has the colours,
@@ -101,6 +102,10 @@ def _add(static: Path, path: str, home: str, modules: dict[str, str]) -> None:
         text,
     )
     text = _LATER.sub(lambda found: f'import("{_from(home, beside(found[1]))}.js")', text)
+    if computed := _COMPUTED.search(text):
+        raise ValueError(
+            f"{path} has {computed[0].strip()!r}: name a module in quotes, so that it is bundled"
+        )
     modules.pop(path)
     gives = f"return {{ {', '.join(exports)} }};"
     code = jsmin(f"const {_name(path)} = (() => {{\n{text}{gives}\n}})();")

@@ -11,46 +11,42 @@ const GESTURES = ["pointermove", "pointerdown", "keydown", "focusin"];
 
 /**
  * @param {Game} game @param {Theme} theme @param {BoardScreen} screen
- * @returns {(drawer: string) => Promise<void>} loads what a drawer needs; rejects if that cannot be fetched
+ * @returns {(drawer: string) => Promise<boolean>} loads what a drawer needs; false if that cannot be fetched,
+ *   as the player is told
  */
 export function loadLater(game, theme, screen) {
-  /** @type {Promise<void> | null} */
-  let sheet = null;
-  /** @type {Promise<void> | null} */
-  let lab = null;
+  let asked = false; // whether the sheet was requested; false again if it could not be fetched
   let filled = false; // whether the sheet's buttons work
   let touched = false; // whether there was a gesture
 
   const loadSheet = async () => {
-    const show = await screen.loadShow();
-    const { fillSheet } = await import("./panels/sheet.js");
-    fillSheet(game, theme, show, touched);
-    filled = true;
+    asked = true;
+    const [show, sheet] = await Promise.all([screen.loadShow(), import("./panels/sheet.js").catch(() => null)]);
+    asked = show !== null && sheet !== null;
+    if (show && sheet && !filled) {
+      filled = true;
+      sheet.fillSheet(game, theme, show, touched);
+    }
+    return filled;
   };
   const loadLab = async () => {
-    const { InstrumentPanel } = await import("./panels/instruments.js");
-    screen.instruments = new InstrumentPanel(game, theme);
+    const lab = await import("./panels/instruments.js").catch(() => null);
+    if (lab) screen.instruments ??= new lab.InstrumentPanel(game, theme);
+    return lab !== null;
   };
   /** @param {string} drawer */
   const load = async (drawer) => {
-    try {
-      await (sheet ??= loadSheet());
-      if (drawer === "lab") await (lab ??= loadLab());
-    } catch (error) {
-      sheet = lab = null;
-      game.say(t("play.part-fails"), { urgent: true });
-      throw error;
-    }
+    const loaded = await loadSheet() && (drawer !== "lab" || await loadLab());
+    if (!loaded) game.say(t("play.part-fails"), { urgent: true });
+    return loaded;
   };
-  const needed = () => {
-    if (!sheet) load("game").catch(() => {}); // `load` has told the player; the next event retries
-  };
+  const needed = () => { if (!asked) void load("game"); };
   const inView = () => { if (!byId("sheet").hidden) needed(); };
   const touch = () => {
     touched = true;
     inView();
   };
-  const listed = () => { if (!sheet && game.account.last.length > 0) needed(); };
+  const listed = () => { if (game.account.last.length > 0) needed(); };
 
   // The list of the last drops stands next to the board, and on a wide screen the drawer "Game" too.
   game.on("seen", needed);
@@ -61,8 +57,7 @@ export function loadLater(game, theme, screen) {
   for (const gesture of GESTURES) document.addEventListener(gesture, touch);
   byId("sheet-body").addEventListener("click", async ({ target }) => {
     if (filled || !(target instanceof HTMLButtonElement) || !target.closest(".panel")) return;
-    await load("game");
-    target.click();
+    if (await load("game")) target.click();
   });
   listed();
   return load;

@@ -6,7 +6,7 @@ import { BoardView } from "../board/view.js";
 import { emptyScene } from "../model/scene.js";
 import { ratioOf } from "../paint/geometry.js";
 import { FairPlay } from "../play/fairness/fair-play.js";
-import { called, paidMark, swatch } from "../play/panels/visitors.js";
+import { called, paidMark, swatch } from "../play/panels/list-marks.js";
 import { Room } from "../play/room.js";
 import { Sound } from "../play/sound/sound.js";
 import { Store } from "../play/store.js";

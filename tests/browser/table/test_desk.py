@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
-from tests.browser.conftest import Open, Quick, quick_table
+from tests.browser.conftest import Complaints, Open, Quick, quick_table
 from tests.browser.screen import Screen
 from tests.kit.process import ServerProcess
 
@@ -180,3 +180,18 @@ def test_auto_in_practice_asks_for_nothing_about_stakes(opened: Open, quick: Qui
         expect(page.locator(field)).to_be_hidden()
     screen.drop.click()
     expect(screen.result).to_have_text("Auto finished: 2 balls, practice")
+
+
+def test_a_drawer_that_cannot_be_fetched_says_so_and_opens_later(
+    opened: Open, quick: Quick, complaints: Complaints
+) -> None:
+    complaints.allow("net::ERR_FAILED")
+    screen = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
+    for code, key, drawer in (("panels/sheet", "g", "game"), ("panels/instruments", "l", "lab")):
+        screen.page.route(f"**/{code}.*.js", lambda route: route.abort())
+        screen.page.keyboard.press(key)
+        expect(screen.result).to_have_text("This part could not be loaded. Please try again.")
+        expect(screen.page.locator(f"#{drawer}")).to_be_hidden()
+        screen.page.unroute(f"**/{code}.*.js")
+        screen.page.keyboard.press(key)
+        expect(screen.page.locator(f"#{drawer}")).to_be_visible()

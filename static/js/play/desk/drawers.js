@@ -14,7 +14,7 @@ const SWIPE = 50; // CSS pixels, more up or down than sideways
 
 /**
  * Opens and closes drawers.
- * @param {Game} game @param {(drawer: string) => Promise<void>} load loads what a drawer needs
+ * @param {Game} game @param {(drawer: string) => Promise<boolean>} load loads what a drawer needs, and returns whether it could
  */
 export function offerDrawers(game, load) {
   const tabs = [...byId("sheet").querySelectorAll("[aria-controls]")];
@@ -48,8 +48,7 @@ export function offerDrawers(game, load) {
   };
   /** @param {string} drawer */
   const pull = async (drawer) => {
-    await load(drawer);
-    show(drawer);
+    if (await load(drawer)) show(drawer);
   };
   /** Opens a drawer, or closes it if it is open. @param {string} drawer */
   const turn = (drawer) => (open === drawer ? show(null) : void pull(drawer));

@@ -5,7 +5,6 @@ import { aimAt } from "./aim.js";
 
 /** @import { BoardView } from "../../board/view.js" */
 /** @import { Game } from "../game.js" */
-/** @import { showBinOdds } from "../panels/bin-odds.js" */
 
 /**
  * Listens to a board's canvas.
@@ -37,9 +36,9 @@ export function followPointer(game, view, onPick) {
     const place = view.aimOf(event);
     if (asked || !place || !view.board || place.y < view.board.bins.y) return;
     asked = true;
-    /** @type {{showBinOdds: typeof showBinOdds}} */
-    const odds = await import(new URL("../panels/bin-odds.js", import.meta.url).href);
-    odds.showBinOdds(game, view, event);
+    const odds = await import("../panels/bin-odds.js").catch(() => null);
+    asked = odds !== null; // else the next one tries again
+    odds?.showBinOdds(game, view, event);
   };
   for (const kind of /** @type {const} */ (["pointermove", "pointerdown"])) moving.addEventListener(kind, overBins);
   moving.addEventListener("click", (event) => {

@@ -6,7 +6,7 @@ import { t } from "../../texts/text.js";
 import { byId, make } from "../../util/dom.js";
 import { amount, shortSeed, signed } from "../../util/format.js";
 import { Prover } from "../fairness/proof.js";
-import { paidMark } from "./visitors.js";
+import { paidMark } from "./list-marks.js";
 
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { Theme } from "../../paint/theme.js" */

@@ -11,7 +11,7 @@ import { t } from "../../texts/text.js";
 import { byId, check, make, onSubmit, radioValue } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
 import { nameOf } from "../account/self.js";
-import { called, paidMark, swatch } from "./visitors.js";
+import { called, paidMark, swatch } from "./list-marks.js";
 
 /** @import { Owner } from "../../model/table/visitors.js" */
 /** @import { Plays } from "../../net/replies.js" */

@@ -1,20 +1,18 @@
 // The other players at the table, what they have won, and an invitation link. More of the panel is in visitors-parts.js.
 
-import { labelOf } from "../../model/board.js";
 import { swatchOf } from "../../model/table/visitors.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
 import { replayLink } from "../../net/drop-address.js";
-import { coloursOf, prizeOf } from "../../paint/prizes.js";
+import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
 import { copyFrom } from "../../util/copy.js";
 import { byId, make, onClick } from "../../util/dom.js";
 import { amount } from "../../util/format.js";
+import { called, paidMark, swatch } from "./list-marks.js";
 
-/** @import { Board } from "../../model/board.js" */
-/** @import { Landing, Owner } from "../../model/table/visitors.js" */
+/** @import { Landing } from "../../model/table/visitors.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
-/** @import { offerAppearance, showBest } from "./visitors-parts.js" */
 
 const FED = 5; // landings of others next to the board
 const SHOWN_MS = 250; // between two updates while many balls land
@@ -43,8 +41,7 @@ export function showVisitors(game, theme, touched) {
   const loadMore = async () => {
     if (more === "asked") return;
     more = "asked";
-    /** @type {{offerAppearance: typeof offerAppearance, showBest: typeof showBest} | null} */
-    const parts = await import(new URL("visitors-parts.js", import.meta.url).href).catch(() => null);
+    const parts = await import("./visitors-parts.js").catch(() => null);
     if (!parts) {
       more = "failed"; // such as without a server: the next connection or touch tries again
       return;
@@ -84,29 +81,4 @@ function rowOf(landing, game, theme) {
   const name = t("visitors.replay", { who, pays: prizeOf(hello?.board ?? null, bin, score) });
   row.append(make("a", { class: "again", href, "aria-label": name }, t("play.replay")));
   return row;
-}
-
-/** @param {string} colour #rrggbb */
-export function swatch(colour) {
-  const dot = make("i", { class: "swatch" });
-  dot.style.background = colour;
-  return dot;
-}
-
-/** @param {Owner | null} owner @returns {string} */
-export function called(owner) {
-  if (owner?.name) return owner.name;
-  return owner?.visitor === undefined ? t("visitors.someone") : t("visitors.guest", { n: owner.visitor });
-}
-
-/**
- * @param {Theme} theme @param {Board | null} board @param {number | null} bin @param {number} score
- * @returns {HTMLElement} the prize or the multiplier, in its bin's colour
- */
-export function paidMark(theme, board, bin, score) {
-  if (bin === null) return make("span", { class: "paid" }, t("play.void"));
-  const paid = make("span", { class: "paid" }, make("bdi", {}, prizeOf(board, bin, score)));
-  const { fill, ink } = coloursOf(board && labelOf(board, bin), theme.payout(score));
-  Object.assign(paid.style, { background: fill, color: ink });
-  return paid;
 }

@@ -25,9 +25,7 @@ import { offerDemo } from "./demo.js";
 export class BoardScreen {
   #digest = "";
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
-  /** Loaded with the first ball. @type {Promise<Show> | null} */
-  #loading = null;
-  /** @type {Show | null} */
+  /** Loaded with the first ball. @type {Show | null} */
   #show = null;
   /** Measures once the Lab has been opened. @type {InstrumentPanel | null} */
   instruments = null;
@@ -69,11 +67,11 @@ export class BoardScreen {
     game.on("run", () => {
       if (game.falling > falling) {
         this.sound.ask();
-        this.#withShow();
+        void this.loadShow(); // a ball falls without it, too, as when the server is away
       }
       falling = game.falling;
     });
-    game.on("hit", () => this.#withShow());
+    game.on("hit", () => this.loadShow());
   }
 
   /** @param {Hello} hello @param {Table} table */
@@ -93,29 +91,19 @@ export class BoardScreen {
     this.loop.wake();
   }
 
-  /** @returns {Promise<Show>} if its code cannot be fetched, the next ball tries again */
-  loadShow() {
-    this.#loading ??= import("./show.js").then(
-      ({ Show }) => (this.#show = new Show(this.game, this.theme, this.view, this.#still)),
-      (error) => {
-        this.#loading = null;
-        throw error;
-      },
-    );
-    return this.#loading;
-  }
-
-  /** Uses the show. A ball falls without it, too, as when the server is away. @param {(show: Show) => void} [use] */
-  #withShow(use = () => {}) {
-    this.loadShow().then(use, () => {});
+  /** @returns {Promise<Show | null>} null if its code cannot be fetched; the next ball tries again */
+  async loadShow() {
+    const code = await import("./show.js").catch(() => null);
+    if (code) this.#show ??= new code.Show(this.game, this.theme, this.view, this.#still);
+    return this.#show;
   }
 
   /** Our drop's landing was shown. @param {Played} played */
-  #seen(played) {
+  async #seen(played) {
     const { bin, score } = played;
     document.documentElement.dataset.lastBin = bin === null ? "none" : String(bin);
     if (bin !== null) this.sound.sound()?.chime(score, (bin + 0.5) / this.tray.histogram.counts.length);
-    this.#withShow((show) => show.see(played));
+    (await this.loadShow())?.see(played);
   }
 
   /** @param {number} now ms */

@@ -3,13 +3,13 @@
 import { binBox } from "../../paint/board.js";
 import { messageOf } from "../../net/api.js";
 import { replayLink } from "../../net/drop-address.js";
+import { saveVideo } from "../../net/video.js";
 import { t } from "../../texts/text.js";
 import { fitted } from "../../util/canvas.js";
 import { byId, onClick } from "../../util/dom.js";
 import { amount, multiplier } from "../../util/format.js";
 
 /** @import { BoardView } from "../../board/view.js" */
-/** @import { saveVideo } from "../../net/video.js" */
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 
@@ -133,9 +133,7 @@ export class Celebration {
     button.disabled = true;
     words.textContent = t("page.computing");
     try {
-      /** @type {{saveVideo: typeof saveVideo}} */
-      const video = await import(new URL("../../net/video.js", import.meta.url).href);
-      await video.saveVideo(this.#won);
+      await saveVideo(this.#won);
       this.hide();
     } catch (error) {
       words.textContent = messageOf(error);

@@ -41,9 +41,9 @@ export function offerDemo(game) {
   const begin = async (hello, solve) => {
     if (!wanted.checked || document.visibilityState === "hidden") return;
     const begun = wait;
-    const { DemoBalls } = await import("./demo-balls.js");
-    if (wait !== begun || !wanted.checked) return; // somebody has played meanwhile
-    balls = new DemoBalls(hello, solve, randomSeed);
+    const code = await import("./demo-balls.js").catch(() => null);
+    if (!code || wait !== begun || !wanted.checked) return; // cannot be fetched, or somebody has played meanwhile
+    balls = new code.DemoBalls(hello, solve, randomSeed);
     byId("demo-mark").hidden = false;
     game.tell("picture", null);
   };

@@ -70,6 +70,14 @@ def test_an_export_without_a_name_is_refused_with_its_file(tmp_path: Path) -> No
         script(tmp_path, "main.js")
 
 
+@pytest.mark.parametrize("named", ['new URL("later.js", import.meta.url).href', "`./later.js`"])
+def test_a_module_imported_by_a_computed_address_is_refused(named: str, tmp_path: Path) -> None:
+    """It would be loaded unbundled, with all its imports, and in English."""
+    written(tmp_path, main=f"const later = await import({named});\nvoid later;\n")
+    with pytest.raises(ValueError, match=r"main\.js has 'const later = await import\(.*in quotes"):
+        script(tmp_path, "main.js")
+
+
 def test_a_file_next_to_a_module_is_found_from_the_script() -> None:
     whole = script(STATIC, "js/play/main.js")
     beside = re.findall(r'new URL\("([^"]+)",import\.meta\.url\)', whole)
