@@ -135,7 +135,7 @@ def test_the_card_of_a_win_covers_no_bin(opened: Open, rich: Quick) -> None:
 
 def test_the_card_of_a_win_closes_on_escape_alone(opened: Open, rich: Quick) -> None:
     screen = jackpot(opened, rich)
-    screen.drawer("For the curious")
+    expect(screen.drawer("For the curious")).to_be_visible()
     screen.page.keyboard.press("Escape")
     expect(screen.page.locator("#card")).to_be_hidden()
     expect(screen.page.locator("#lab")).to_be_visible()  # Escape closes one thing at a time
