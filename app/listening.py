@@ -15,6 +15,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from plinko.app.errors import LedgerError, SettingError, StartError
 from plinko.app.live.broadcast.transport import DirectProtocol
+from plinko.app.ops import logs, stalls
 from plinko.app.ops.systemd import keep_alive, notify
 from plinko.app.protocol.messages import MESSAGE_BYTES
 from plinko.app.settings import Settings
@@ -57,7 +58,7 @@ class Server(uvicorn.Server):
         super().__init__(config)
         self.services = services
         self.listening = threading.Event()
-        self._watchdog: asyncio.Task[None] | None = None
+        self._watching: list[asyncio.Task[None]] = []
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then exclude all present objects from garbage collection, which delays ticks."""
@@ -65,12 +66,15 @@ class Server(uvicorn.Server):
         gc.collect()
         gc.freeze()
         for listener in sockets or ():
-            print(f"Plinko is at {address_of(listener)}", flush=True)  # noqa: T201 - for people
+            print_address("Plinko is at", listener)
         self.listening.set()
         settings, ledger = self.services.settings, self.services.ledger.database.name
         about = {"version": self.services.version, "ledger": ledger, "settings": settings.changed}
         _log.info("started", extra=about)
-        self._watchdog = asyncio.create_task(keep_alive(), name="watchdog")
+        self._watching = [
+            asyncio.create_task(keep_alive(), name="watchdog"),
+            asyncio.create_task(stalls.watch(), name="stalls"),
+        ]
         notify("READY=1")
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
@@ -231,6 +235,13 @@ def listen(settings: Settings) -> socket.socket:
             field="port",
         ) from error
     return listener
+
+
+def print_address(text: str, listener: socket.socket) -> None:
+    """Print the address on standard output, where the log is JSON as JSON."""
+    address = address_of(listener)
+    line = logs.json_line("listening", address=address) if logs.in_json() else f"{text} {address}"
+    print(line, flush=True)  # noqa: T201 - programs wait for it
 
 
 def address_of(listener: socket.socket) -> str:

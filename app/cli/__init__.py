@@ -7,6 +7,7 @@ everything. Start with drops/drop.py; common.py has the options that several sub
 import atexit
 import gc
 import importlib
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -141,7 +142,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(message: str, code: int = EXIT_BAD_INPUT) -> int:
-    common.echo(f"plinko: {' '.join(message.split())}", err=True)
+    from plinko.app.ops import logs
+
+    if logs.in_json():
+        logging.getLogger("plinko").critical(message)
+    else:
+        common.echo(f"plinko: {' '.join(message.split())}", err=True)
     return code
 
 

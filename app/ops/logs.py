@@ -8,7 +8,9 @@ and tokens are never logged.
 import asyncio
 import logging
 import sys
+import threading
 from datetime import UTC, datetime
+from typing import Any
 
 import msgspec
 
@@ -26,7 +28,10 @@ _FOREIGN = ("uvicorn", "asyncio")  # their lines below WARNING would contain com
 
 
 def configure(level: str, style: str) -> None:
-    """Log to stderr from `level` on, in the style `text` or `json`."""
+    """Log to stderr from `level` on, in the style `text` or `json`.
+
+    As JSON also Python's warnings and tracebacks, so that every line is an object.
+    """
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonFormatter() if style == "json" else TextFormatter())
     handler.addFilter(_Quiet())
@@ -36,6 +41,26 @@ def configure(level: str, style: str) -> None:
     logging.getLogger("plinko").setLevel(level.upper())
     for name in _FOREIGN:
         logging.getLogger(name).setLevel(max(logging.WARNING, logging.getLevelName(level.upper())))
+    if style == "json":
+        logging.captureWarnings(True)
+        sys.excepthook = lambda *error: _uncaught("the process ends by a fault", error)
+        threading.excepthook = lambda args: _uncaught("a thread ends by a fault", args[:3])
+        sys.unraisablehook = lambda args: _uncaught("a fault was passed over", args[:3])
+
+
+def in_json() -> bool:
+    """Whether the log of this process is JSON."""
+    return any(isinstance(each.formatter, JsonFormatter) for each in logging.root.handlers)
+
+
+def json_line(event: str, **about: object) -> str:
+    """The line of an event that is not logged but printed."""
+    record = logging.makeLogRecord({"name": "plinko", "levelname": "INFO", "msg": event, **about})
+    return JsonFormatter().format(record)
+
+
+def _uncaught(event: str, error: Any) -> None:
+    logging.getLogger("plinko").critical(event, exc_info=tuple(error))
 
 
 class _Quiet(logging.Filter):

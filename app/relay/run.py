@@ -7,12 +7,13 @@ import socket
 
 import uvicorn
 
-from plinko.app.listening import address_of, config_over, listen, raise_files
+from plinko.app.listening import config_over, listen, print_address, raise_files
 from plinko.app.ops import logs
 from plinko.app.relay.redis_at import redis_at
 from plinko.app.relay.served import create_relay
 from plinko.app.settings import Settings, not_settings
 from plinko.app.web.edge.addresses import Connections, Proxies
+from plinko.engine import __version__
 
 _log = logging.getLogger("plinko")
 
@@ -26,7 +27,8 @@ class RelayServer(uvicorn.Server):
         gc.collect()
         gc.freeze()
         for listener in sockets or ():
-            print(f"A relay of Plinko is at {address_of(listener)}", flush=True)  # noqa: T201
+            print_address("A relay of Plinko is at", listener)
+        _log.info("started", extra={"version": __version__})
 
 
 def run(settings: Settings, redis: str, rooms: str) -> None:

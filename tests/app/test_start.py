@@ -15,7 +15,7 @@ from plinko.app.persistence.ledger.database import Database
 from plinko.engine import __version__
 from tests.kit.postgres import PostgreSQL
 from tests.kit.process import ServerProcess
-from tests.kit.waiting import LIMIT, until
+from tests.kit.waiting import LIMIT, first_line, until
 
 NAMELESS = "postgresql://nobody@/none?host={}"
 
@@ -72,8 +72,11 @@ def test_the_log_has_a_line_of_the_start_and_one_of_the_stop(waiting: ServerProc
     waiting.flags = ("--log-level", "info", "--log-format", "json", "--max-balls", "7")
     waiting.environment = {"PLINKO_SECRET": secret}
     waiting.ledger = "sqlite://"
-    with waiting:
-        assert waiting.end() == 0
+    waiting.begin()
+    listening = json.loads(first_line(waiting.running))
+    assert waiting.end() == 0
+    assert waiting.said[0] == ""
+    assert (listening["event"], listening["address"]) == ("listening", f"{waiting.url}/")
     lines = [json.loads(line) for line in waiting.said[1].splitlines()]
     (start,) = (line for line in lines if line["event"] == "started")
     assert (start["version"], start["ledger"]) == (__version__, "sqlite://")
@@ -111,6 +114,13 @@ def test_wrong_settings_end_with_2_at_the_check_and_at_the_start(
         done = serve(*flags, *more)
         assert (done.returncode, done.stdout) == (2, "")
         assert said in done.stderr
+
+
+def test_what_ends_a_server_is_json_too() -> None:
+    done = serve("--log-format", "json", "--hosts", "https://a.example")
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = map(json.loads, done.stderr.splitlines())
+    assert (line["level"], "is not a host name" in line["event"]) == ("critical", True)
 
 
 def test_the_check_opens_no_port_and_no_ledger(tmp_path: Path) -> None:

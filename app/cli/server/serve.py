@@ -1,6 +1,8 @@
 """`plinko serve`: run the game server, with a flag for each setting."""
 
 import gc
+import logging
+import os
 from collections.abc import Mapping
 
 import click
@@ -26,8 +28,15 @@ def settings_options() -> list[click.Parameter]:
 
 
 def settings_from(flags: Mapping[str, object]) -> Settings:
-    """Read the settings of the environment and these flags; raises SettingError if invalid."""
+    """Read the settings of the environment and these flags; raises SettingError if invalid.
+
+    If the log is to be JSON, that error will be, too.
+    """
+    from plinko.app.ops import logs
+
     given = dict(flags)
+    if (given.get("log_format") or os.environ.get("PLINKO_LOG_FORMAT")) == "json":
+        logs.configure("warning", "json")
     for row in options():
         if isinstance(row.default, tuple) and isinstance(text := given.get(row.name), str):
             given[row.name] = tuple(filter(None, map(str.strip, text.split(","))))
@@ -47,7 +56,7 @@ def restore_if_refused(settings: Settings) -> None:
     database.close()
     if difference is not None:
         for line in lines_of(restore_ledger(settings)):
-            common.echo(line, err=True)
+            logging.getLogger("plinko").warning(line)
 
 
 @click.command(

@@ -360,6 +360,7 @@ class _Exchange:
         """Send a message of the response, its start with all headers; of a HEAD only the start."""
         if message["type"] == "http.response.start":
             self.begun = True
+            _log_access(self.scope, self._id, message["status"])
             await self._send({**message, "headers": self._completed(message)})
         elif not self._head:
             await self._send(message)
@@ -394,6 +395,13 @@ class _Exchange:
             more[b"etag"] = b"W/" + etag
         headers = [field for field in start.get("headers", ()) if field[0] not in more]
         return secured([*headers, *more.items()])
+
+
+def _log_access(scope: Scope, request: bytes, status: int) -> None:
+    if _log.isEnabledFor(logging.DEBUG):
+        client, method = scope.get("client") or ("",), scope["method"]
+        about = {"client": client[0], "method": method, "path": scope["path"], "status": status}
+        _log.debug("request", extra={**about, "request": request.decode()})
 
 
 def _as_get(scope: Scope) -> Scope:

@@ -3,6 +3,8 @@
 import asyncio
 import json
 import logging
+import subprocess
+import sys
 from typing import Any
 
 import httpx
@@ -59,6 +61,50 @@ def test_a_failing_request_is_logged_without_its_query(
     assert "0.0625" not in " ".join(TextFormatter().format(each) for each in ours)
     (line,) = [each for each in ours if each.getMessage() == "request failed"]
     assert vars(line)["path"] == "/api/v1/drops/triangle-8/1"
+
+
+FAULTS = """
+import gc, threading, warnings
+from plinko.app.ops.logs import configure
+configure("warning", "json")
+
+class Odd:
+    def __del__(self): raise ValueError("passed over")
+
+def fail(): raise ValueError("of a thread")
+
+warnings.warn("outdated", stacklevel=1)
+Odd()
+thread = threading.Thread(target=fail); thread.start(); thread.join()
+raise ValueError("of the\\nprocess")
+"""
+
+
+def test_every_line_is_json_whatever_python_has_to_say() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", FAULTS], capture_output=True, text=True, timeout=LIMIT, check=False
+    )
+    lines = [json.loads(line) for line in done.stderr.splitlines()]
+    assert done.returncode == 1
+    assert [line["level"] for line in lines] == ["warning", "critical", "critical", "critical"]
+    assert "outdated" in lines[0]["event"]
+    for line, text in zip(lines[1:], ("passed over", "of a thread", "of the"), strict=True):
+        assert text in line["error"]
+
+
+def test_each_request_is_a_line_at_the_level_debug_without_its_query(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    path = "/api/v1/drops/triangle-8/1"
+    with serving() as server:
+        with caplog.at_level(logging.INFO, "plinko"):
+            httpx.get(f"{server.url}{path}?x=0.0625", timeout=LIMIT)
+        with caplog.at_level(logging.DEBUG, "plinko"):
+            answer = httpx.get(f"{server.url}{path}?x=0.0625", timeout=LIMIT)
+    (line,) = [vars(each) for each in caplog.records if each.getMessage() == "request"]
+    assert (line["client"], line["method"], line["path"]) == ("127.0.0.1", "GET", path)
+    assert (line["status"], line["request"]) == (200, answer.headers["x-request-id"])
+    assert "0.0625" not in str(line)
 
 
 def test_events_already_logged_get_no_second_line(
