@@ -41,6 +41,7 @@ GROUPS: Final[Mapping[str, Mapping[str, Benchmark]]] = MappingProxyType({
         "page": Benchmark("serving.page", "Does a browser show 200 balls smoothly?"),
         "stranger": Benchmark("serving.stranger", "How soon does a phone play that is new here?"),
         "scale": Benchmark("scale.units", "What do a room and a row of the ledger cost?"),
+        "ledger": Benchmark("scale.ledger", "How large does the ledger grow?"),
         "silence": Benchmark("serving.silence", "How long are rooms silent on a busy machine?"),
         "attack": Benchmark("serving.attack.attack", "What do players notice of an attack?"),
     },

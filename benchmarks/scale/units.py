@@ -107,7 +107,7 @@ def _ledger(section: Section, effort: Effort) -> None:
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         found["SQLite"] = _costs(f"sqlite:///{Path(folder) / 'bench.db'}", drops, effort)
-    with _postgresql() as url:
+    with postgresql() as url:
         if url is None:
             section.absent.append("PostgreSQL: its server programs are not here")
         else:
@@ -149,7 +149,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
     try:
         with database.transaction() as connection:
             writing.apply(connection, [board, *rooms])
-        before, backend = _size(database), _backend(database)
+        before, backend = database_size(database), _backend(database)
 
         def timed(rows: Callable[[int], list[Write]]) -> float:
             began = _worked(backend)
@@ -166,7 +166,7 @@ def _costs(url: str, drops: int, effort: Effort) -> dict[str, float]:
             return [*taken, *ended]
 
         spent = timed(dropped)
-        grown = _size(database) - before
+        grown = database_size(database) - before
         marked = timed(lambda tick: [Mark(n, tick, True, 0.0) for n in range(1, GROUP + 1)])
     finally:
         database.close()
@@ -188,7 +188,7 @@ def _worked(backend: int | None) -> float:
     return time.process_time() + (processor_time(backend) if backend else 0.0)
 
 
-def _size(database: Any) -> float:
+def database_size(database: Any) -> float:
     """Bytes of the whole database, indexes included."""
     import sqlalchemy as sa
 
@@ -200,7 +200,7 @@ def _size(database: Any) -> float:
 
 
 @contextlib.contextmanager
-def _postgresql() -> Iterator[str | None]:
+def postgresql() -> Iterator[str | None]:
     """The address of an empty database; None if PostgreSQL is not installed."""
     from tests.kit import postgres
 
