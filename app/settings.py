@@ -16,9 +16,6 @@ OTHER_MESSAGES = 40.0
 """Messages a second that one client may send in addition to drops. A page sends about thirty while
 its player drags a ball; a client that sends many more is not a page."""
 
-_ROOT_PATH = re.compile(r"(?!/(api|ws)(/|$))(/[\w.~-]+)+")  # not /api or /ws: the server has those
-_HOST_NAME = re.compile(r"\*|(\*\.)?[\w.-]+|([\da-f.]*:){2,}[\da-f.]*", re.I)  # also IPv6
-_ORIGIN = re.compile(r"[a-z][a-z\d+.-]*://[^/?#\s]+")
 _SECRET = 32  # characters: 128 bits even of a secret written in hexadecimal
 
 _IN_FILES = ("secret", "metrics_token", "operator_token", "database_url", "relays")
@@ -35,10 +32,16 @@ def _setting(
     high: float | None = None,
     choices: tuple[str, ...] = (),
     *,
+    form: str = "",
+    wanted: str = "",
     secret: bool = False,
 ) -> Any:
-    """One setting. A secret has no flag: every user of the machine can read a process's flags."""
+    """One setting; its text, or each text in its list, has the form of a regular expression.
+
+    A secret has no flag: every user of the machine can read a process's flags.
+    """
     rules = {"text": text, "low": low, "high": high, "choices": choices, "secret": secret}
+    rules |= {"form": re.compile(form), "wanted": wanted}
     return field(default=default, metadata=rules, repr=not secret)
 
 
@@ -50,12 +53,17 @@ class Settings:
     port: int = _setting(8000, "port to listen on; 0 takes a free one", 0, 65535)
     board: str = _setting("triangle-16", "board of the room `main`: a preset's name or a JSON file")
     allowed_origins: tuple[str, ...] = _setting(
-        (), "comma-separated origins of other sites whose pages may connect"
+        (),
+        "comma-separated origins of other sites whose pages may connect",
+        form=r"[a-z][a-z\d+.-]*://[^/?#\s]+",
+        wanted="an origin such as https://plinko.example: it has a scheme, and no path",
     )
     hosts: tuple[str, ...] = _setting(
         (),
         "comma-separated names under which the server answers, in addition to `localhost` and the "
         "address that it listens on; `*.example.org` for all names below, `*` for any",
+        form=r"\*|(\*\.)?[\w.-]+|([\da-fA-F.]*:){2,}[\da-fA-F.]*",  # also IPv6
+        wanted="a host name: give it without scheme, port and path, such as plinko.example",
     )
     trusted_proxies: tuple[str, ...] = _setting(
         (),
@@ -65,6 +73,9 @@ class Settings:
         "",
         "path, such as `/plinko`, that a proxy removes from requests and that the server adds to "
         "the addresses it writes",
+        form=r"(?!/(api|ws)(/|$))(/[\w.~-]+)+",
+        wanted="a path such as /plinko: it must begin with a slash, end without one, and not begin "
+        "with /api or /ws",
     )
     data: str = _setting(
         "",
@@ -90,6 +101,8 @@ class Settings:
         "",
         "address at which those servers reach this one: `http://HOST:PORT`; the address that it "
         "listens on when not given",
+        form=r"https?://.+",
+        wanted="an address such as http://10.0.0.1:8000",
     )
     secret: str = _setting(
         "",
@@ -148,43 +161,11 @@ class Settings:
     def __post_init__(self) -> None:
         for entry in fields(self):
             _check(entry, getattr(self, entry.name))
-        if self.root_path and not _ROOT_PATH.fullmatch(self.root_path):
-            raise SettingError(
-                f"root_path={self.root_path!r} is not a path such as /plinko: it must begin with "
-                "a slash, end without one, and not begin with /api or /ws",
-                field="root_path",
-            )
-        if self.address and not self.address.startswith(("http://", "https://")):
-            raise SettingError(
-                f"address={self.address!r} is not an address such as http://10.0.0.1:8000",
-                field="address",
-            )
         if 0.0 < self.retention < 1.0:
             raise SettingError(
                 f"retention={self.retention:g} is less than a day; 0 keeps all drops",
                 field="retention",
             )
-        for host in self.hosts:
-            if not _HOST_NAME.fullmatch(host):
-                raise SettingError(
-                    f"hosts: {host!r} is not a host name: give it without scheme, port and path, "
-                    "such as plinko.example",
-                    field="hosts",
-                )
-        for origin in self.allowed_origins:
-            if not _ORIGIN.fullmatch(origin):
-                raise SettingError(
-                    f"allowed_origins: {origin!r} is not an origin such as https://plinko.example: "
-                    "it has a scheme, and no path",
-                    field="allowed_origins",
-                )
-        for name in ("secret", "metrics_token", "operator_token"):
-            if 0 < len(given := getattr(self, name)) < _SECRET:
-                raise SettingError(
-                    f"PLINKO_{name.upper()} has {len(given)} characters; it must have at least "
-                    f"{_SECRET}",
-                    field=name,
-                )
 
     @property
     def changed(self) -> dict[str, object]:
@@ -299,6 +280,16 @@ def _check(entry: "Field[Any]", value: Any) -> None:
     empty = value == "" and entry.default != ""
     if not good or empty or (choices and value not in choices):
         raise SettingError(f"{entry.name}={value!r} is not {_wanted(entry)}", field=entry.name)
+    if entry.metadata["secret"] and 0 < len(value) < _SECRET:
+        raise SettingError(
+            f"{ENV_PREFIX}{entry.name.upper()} has {len(value)} characters; it must have at least "
+            f"{_SECRET}",
+            field=entry.name,
+        )
+    if wanted := entry.metadata["wanted"]:
+        for part in value if kind is tuple else filter(None, [value]):
+            if not entry.metadata["form"].fullmatch(part):
+                raise SettingError(f"{entry.name}={part!r} is not {wanted}", field=entry.name)
 
 
 def _wanted(entry: "Field[Any]") -> str:

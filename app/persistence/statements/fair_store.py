@@ -278,10 +278,11 @@ def grown(connection: Connection, since: int) -> tuple[str | None, int, Nodes]:
 def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, ResultRow | None]]:
     receipt, result = tables.receipts.c, tables.results.c
     chosen = (
-        RECEIPTS.add_columns(*(column.label(f"result_{column.name}") for column in result))
+        RECEIPTS.add_columns(*result)
         .outerjoin(tables.results, (receipt.room == result.room) & (receipt.ball == result.ball))
         .where(receipt.session == session_id)
         .order_by(receipt.number)
     )
     fields = len(RECEIPTS.selected_columns)
-    return [(receipt_of_row(row), result_of(row[fields:])) for row in connection.execute(chosen)]
+    rows = connection.execute(chosen)
+    return [(receipt_of_row(*row[:fields]), result_of(row[fields:])) for row in rows]

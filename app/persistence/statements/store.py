@@ -174,7 +174,7 @@ def drop(
     receipt = tables.receipts.c
     chosen = RECEIPTS.where(receipt.room == run, receipt.ball == ball)
     signed = connection.execute(chosen).first()
-    return row, None if signed is None else receipt_of(signed), result
+    return row, None if signed is None else receipt_of(*signed), result
 
 
 RECEIPTS: Final = (
@@ -184,7 +184,7 @@ RECEIPTS: Final = (
         tables.drops.c.aim,
         tables.drops.c.seed,
         tables.fair_sessions.c.board,
-        tables.fair_sessions.c.room.label("room_id"),
+        tables.fair_sessions.c.room,
     )
     .join(
         tables.drops,
@@ -196,21 +196,25 @@ RECEIPTS: Final = (
 """Receipts with the columns of their drops and sessions that make their JSON."""
 
 
-def receipt_of(row: Any) -> ReceiptRow:
-    """The receipt in these columns."""
-    receipt = Receipt(
-        session=row.session,
-        drop=row.number,
-        stake=row.stake,
-        aim=row.aim,
-        seed=str(row.seed),
-        board_digest=row.board,
-        room=row.room_id,
-        ball=row.ball,
-        time=row.time,
-    )
-    place = (row.leaf, row.session, row.number, row.room, row.ball)
-    return ReceiptRow(*place, receipt.leaf().decode(), row.root, row.signature)
+def receipt_of(
+    leaf: int,
+    session: str,
+    number: int,
+    run: int,
+    ball: int,
+    time: int,
+    root: str,
+    signature: str,
+    stake: int,
+    aim: float | None,
+    seed: int,
+    board: str,
+    room: str,
+) -> ReceiptRow:
+    """The receipt in these columns, which are those of RECEIPTS."""
+    receipt = Receipt(session, number, stake, aim, str(seed), board, room, ball, time)
+    text = receipt.leaf().decode()
+    return ReceiptRow(leaf, session, number, run, ball, text, root, signature)
 
 
 def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:
