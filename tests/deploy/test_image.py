@@ -17,7 +17,11 @@ EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["option
 def test_both_stages_are_of_one_pinned_python() -> None:
     build, final = re.findall(r"^FROM (\S+)", DOCKERFILE, re.MULTILINE)
     assert build == final
-    assert re.fullmatch(r"python:3\.13\.\d+-slim-[a-z]+", final)
+    assert re.fullmatch(r"python:3\.13\.\d+-slim-[a-z]+\$\{DIGEST\}", final)
+    # An argument before the first FROM is the only kind that FROM sees.
+    assert DOCKERFILE.index("\nARG DIGEST=\n") < DOCKERFILE.index("\nFROM ")
+    named = re.findall(r"inspect .* (\S+)$", DOCKERFILE, re.MULTILINE)
+    assert named == [final.removesuffix("${DIGEST}")], "the command in the comment looks it up"
 
 
 def test_the_image_has_every_part_that_a_service_imports() -> None:
