@@ -2,11 +2,13 @@
 
 import logging
 from collections.abc import Sequence
+from typing import Annotated
 from urllib.parse import quote
 
 import msgspec
 from fastapi import Response
 from fastapi.exceptions import RequestValidationError
+from msgspec import Meta
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import Scope
@@ -19,9 +21,33 @@ from plinko.app.errors import (
     retry_after,
     shorten,
 )
-from plinko.app.web.schemas.problem import FaultOf, Problem
 from plinko.engine.errors import BoardError
 from plinko.engine.json_text import JsonObject
+
+
+class FaultOf(msgspec.Struct, frozen=True):
+    """One of several faults of a board."""
+
+    field: Annotated[str, Meta(description="The bad value's place in the board's JSON.")]
+    detail: str
+
+
+class Problem(msgspec.Struct, frozen=True, omit_defaults=True):
+    """An error, as RFC 9457 problem details; `detail` names the bad value."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    code: Annotated[str, Meta(description="The kind of error, a stable short name.")]
+    field: Annotated[
+        str | None, Meta(description="The bad value's place, if it is a single value.")
+    ] = None
+    instance: str | None = None
+    faults: Annotated[
+        tuple[FaultOf, ...], Meta(description="All faults of a board that has several.")
+    ] = ()
+
 
 MEDIA_TYPE = "application/problem+json"
 

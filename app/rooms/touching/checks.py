@@ -3,22 +3,64 @@
 This is the only place where that happens: every value of an input is a number within its range.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
+import numpy as np
+import numpy.typing as npt
 
 from plinko.app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
 from plinko.app.protocol import touching_messages as wire
 from plinko.app.protocol.visitors import NO_TAG
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.touching import inputs, values
-from plinko.app.rooms.touching.crowd import Spot, check_room
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.world import TouchingWorld
 from plinko.engine import Board
 from plinko.engine.drops.start import start_of
+
+MOST_OVERLAPS: Final = 32
+"""Balls that an added ball may overlap."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """The place of a ball that exists or will be added, in m."""
+
+    x: float
+    y: float
+    radius: float
+
+
+def spot_of(asked: inputs.TouchingInput, ground: Board | Scene) -> Spot | None:
+    """Where an input will add a ball; None if it adds none."""
+    if isinstance(asked, inputs.Add):
+        return Spot(asked.x, asked.y, asked.radius)
+    if isinstance(asked, inputs.Drop) and isinstance(ground, Board):
+        return Spot(asked.start(ground), ground.drop.y, ground.ball.radius)
+    return None
+
+
+def check_room(spot: Spot, bodies: npt.NDArray[np.void], coming: Iterable[Spot]) -> None:
+    """Raise BallLimitError if a ball would overlap too many of `bodies` and `coming`."""
+    reach = bodies["radius"] + spot.radius
+    across, down = bodies["x"] - spot.x, bodies["y"] - spot.y
+    overlaps = int((across * across + down * down < reach * reach).sum())
+    overlaps += sum(_overlap(spot, other) for other in coming)
+    if overlaps > MOST_OVERLAPS:
+        raise BallLimitError(
+            f"{overlaps} balls are at ({spot.x:g}, {spot.y:g}) m already, and a new ball may "
+            f"overlap at most {MOST_OVERLAPS}: choose another place, or wait until they have gone",
+            field="x",
+        )
+
+
+def _overlap(one: Spot, other: Spot) -> bool:
+    across, down, reach = one.x - other.x, one.y - other.y, one.radius + other.radius
+    return across * across + down * down < reach * reach
+
 
 BALL_NAMES: Final = ("density", "restitution", "friction")
 

@@ -22,8 +22,7 @@ from plinko.app.protocol.touching_messages import Change
 from plinko.app.rooms.pending import DropCommand, Entered, PendingInput
 from plinko.app.rooms.room import QUIET, Basis, Ground, Room
 from plinko.app.rooms.touching import inputs, values
-from plinko.app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball
-from plinko.app.rooms.touching.crowd import spot_of
+from plinko.app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball, spot_of
 from plinko.app.rooms.touching.inputs import ChangeFormat, TouchingCommand
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.table import Fall, Table

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import re
 import time
 import urllib.parse
 from collections.abc import Callable, Coroutine, Mapping
@@ -17,16 +18,16 @@ from plinko.app.computing.prices import Price
 from plinko.app.errors import (
     GoneError,
     InvalidValueError,
+    MalformedError,
     MediaTypeError,
     TooLargeError,
     shorten,
 )
 from plinko.app.web.edge.addresses import one_client
 from plinko.app.web.edge.front import note
-from plinko.app.web.schemas.body import decode, shaped
-from plinko.app.web.schemas.problem import Problem
+from plinko.app.web.problems import Problem
 from plinko.app.web.services import Services
-from plinko.engine import Board
+from plinko.engine import Board, json_text
 from plinko.engine.errors import BoardError, EffortError
 from plinko.engine.json_text import JsonObject
 from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
@@ -357,3 +358,39 @@ def components() -> JsonObject:
 def _reference(kind: type[msgspec.Struct]) -> dict[str, str]:
     _BODIES[kind.__name__] = kind
     return {"$ref": _REFERENCE.format(name=kind.__name__)}
+
+
+T = TypeVar("T")
+
+
+def decode(body: bytes, kind: type[T]) -> T:
+    """A JSON body as `kind`.
+
+    Raises JsonSyntaxError, JsonValueError and the errors of `shaped`.
+    """
+    json_text.parse(body)  # stricter than msgspec: it refuses duplicate keys
+    return shaped(body, kind)
+
+
+def shaped(body: bytes, kind: type[T]) -> T:
+    """A JSON body as `kind`, for a caller that has it checked by `json_text.parse` elsewhere.
+
+    Raises InvalidValueError for a wrong shape, MalformedError for text that is not JSON.
+    """
+    try:
+        return msgspec.json.decode(body, type=kind)
+    except msgspec.ValidationError as error:
+        raise InvalidValueError(f"body: {error}", field=_field(str(error))) from None
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise MalformedError(f"the body is not JSON: {error}", field="body") from None
+
+
+_PLACE = re.compile(r" - at `(?:key in )?\$\.?(?P<path>[^`]*)`")
+_NAME = re.compile(r"(?:unknown|required) field `(?P<name>[^`]*)`")
+
+
+def _field(message: str) -> str:
+    """The field that a message of msgspec is about; `body` if it is the whole body."""
+    place, name = _PLACE.search(message), _NAME.search(message)
+    parts = [place["path"] if place else "", name["name"] if name else ""]
+    return ".".join(filter(None, parts)) or "body"

@@ -12,11 +12,19 @@ from plinko.app.errors import LedgerError
 from plinko.app.protocol import asyncapi
 from plinko.app.web.routes.common import Server, documented, reply
 from plinko.app.web.routes.table import unlisted
-from plinko.app.web.schemas.cluster import ClusterView
 from plinko.app.web.schemas.fields import PhysicsVersion
 from plinko.app.web.services import Services
 from plinko.app.web.tokens import check_bearer
 from plinko.engine import PHYSICS_VERSION
+
+
+class ClusterView(msgspec.Struct, frozen=True):
+    """A server's view of its cluster."""
+
+    name: str
+    leases: Annotated[bool, Meta(description="Whether it sees the other servers.")]
+    servers: Annotated[list[str], Meta(description="The names of the servers that are alive.")]
+    rooms: Annotated[int, Meta(description="Number of rooms that this server has.")]
 
 
 class TickerHealth(msgspec.Struct, frozen=True):

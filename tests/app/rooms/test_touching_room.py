@@ -13,7 +13,7 @@ from plinko.app.protocol.touching_messages import AddMessage, Change
 from plinko.app.rooms import log as roomlog
 from plinko.app.rooms.pending import DropCommand, PendingInput
 from plinko.app.rooms.records import InputRow
-from plinko.app.rooms.touching.crowd import MOST_OVERLAPS
+from plinko.app.rooms.touching.checks import MOST_OVERLAPS
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.values import BALL, MOST_WORK, SETTINGS

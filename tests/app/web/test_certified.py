@@ -9,7 +9,7 @@ import pytest
 from plinko.app.cli import main
 from plinko.app.computing import proofs
 from plinko.app.computing.tasks import Ask
-from plinko.app.web.routes.drops import certificates
+from plinko.app.web.routes.drops import drops
 from plinko.app.web.schemas.drops import Proven
 from plinko.engine import Board, certify
 from plinko.engine.errors import MissingPartError
@@ -42,9 +42,9 @@ def test_only_the_exact_solver_is_proven(http: httpx.Client) -> None:
 def test_a_server_without_the_library_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(certificates, "_is_installed", lambda: False)
+    monkeypatch.setattr(drops, "_is_installed", lambda: False)
     with pytest.raises(MissingPartError, match="pip install"):
-        certificates.require_certifier()
+        drops.require_certifier()
 
 
 def test_a_proof_that_costs_too_much_is_given_up() -> None:
@@ -78,7 +78,7 @@ def test_a_missing_part_is_no_error_in_the_log(
     caplog: pytest.LogCaptureFixture,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(certificates, "_is_installed", lambda: False)
+    monkeypatch.setattr(drops, "_is_installed", lambda: False)
     with caplog.at_level(logging.INFO):
         answer = http.get("/api/v1/drops/triangle-8/1?certified=1")
     assert (answer.status_code, answer.json()["code"]) == (501, "not-installed")

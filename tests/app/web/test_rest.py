@@ -10,7 +10,7 @@ import pytest
 from plinko.app.computing import tasks
 from plinko.app.errors import InvalidValueError
 from plinko.app.protocol.messages import Landed
-from plinko.app.web.schemas.problem import Problem
+from plinko.app.web.problems import Problem
 from plinko.engine import Board, drop, drop_many, preset_names
 from plinko.engine.board import presets
 from plinko.engine.parameters import Exact

@@ -11,7 +11,7 @@ import pytest
 from plinko.app.computing import tasks
 from plinko.app.errors import InvalidValueError
 from plinko.app.rooms.log import verify_log
-from plinko.app.web.schemas.body import decode
+from plinko.app.web.routes.common import decode
 from plinko.app.web.schemas.drops import DropRequest, SimulationRequest
 from plinko.app.web.schemas.rooms import RoomRequest
 from plinko.engine import Board

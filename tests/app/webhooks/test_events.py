@@ -3,7 +3,7 @@
 import base64
 from typing import Any
 
-from plinko.app.webhooks.events import event_of, signed
+from plinko.app.webhooks.sender import event_of, signed
 
 ROW: dict[str, Any] = {
     "number": 9, "target": "http://example.org", "room": 3, "ball": 7, "event": "accepted",

@@ -1,12 +1,15 @@
 """Drops: compute a drop, replay it by its URL as a record or as frames, verify a record."""
 
 import secrets
+from functools import cache
+from importlib.util import find_spec
 from typing import Annotated
 
 from fastapi import Query, Request, Response
 
 from plinko.app.computing import prices, proofs, tasks
 from plinko.app.computing.tasks import Ask
+from plinko.app.errors import InvalidValueError
 from plinko.app.protocol.client_messages import parse_aim, parse_x
 from plinko.app.rooms.log import is_log
 from plinko.app.web.routes.common import (
@@ -26,12 +29,12 @@ from plinko.app.web.routes.common import (
     resolve_board,
 )
 from plinko.app.web.routes.drops.asked import Asked
-from plinko.app.web.routes.drops.certificates import check_certified
 from plinko.app.web.routes.queries import Number
 from plinko.app.web.routes.table import operations
 from plinko.app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
 from plinko.app.web.schemas.rooms import RoomLog
-from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS
+from plinko.engine.errors import MissingPartError
+from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Exact
 
 router = operations("drops")
 
@@ -135,3 +138,27 @@ async def _record(
         return await compute(request, prices.proof(), proofs.record, ask, certainty)
     price = (prices.one_drop if certainty else prices.record)(ask.board, ask.solver)
     return await compute(request, price, tasks.record, ask, certainty)
+
+
+@cache
+def _is_installed() -> bool:
+    return find_spec("flint") is not None
+
+
+def require_certifier() -> None:
+    """Raise MissingPartError if the packages for proofs are not installed."""
+    if not _is_installed():
+        raise MissingPartError(
+            "this server cannot prove drops; `pip install 'plinko-sim[certify]'` adds proofs",
+            field="certified",
+        )
+
+
+def check_certified(ask: Ask) -> None:
+    """Raise MissingPartError or InvalidValueError if this drop cannot be proven here."""
+    require_certifier()
+    if not isinstance(ask.solver, Exact):
+        raise InvalidValueError(
+            f"certified true needs the solver 'exact', not {ask.solver.name!r}",
+            field="certified",
+        )

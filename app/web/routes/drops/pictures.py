@@ -1,6 +1,7 @@
 """Pictures of drops: stills, animations, and pictures of many drops."""
 
 import functools
+import re
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Final, Literal, TypeVarTuple
 
@@ -10,11 +11,11 @@ from starlette.convertors import StringConvertor, register_url_convertor
 from plinko.app.computing import prices, tasks
 from plinko.app.computing.prices import Price
 from plinko.app.computing.tasks import Ask, Many
-from plinko.app.errors import InvalidValueError
+from plinko.app.errors import InvalidValueError, RangeError, shorten
 from plinko.app.pictures.cache import drawing_version
 from plinko.app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
 from plinko.app.web.computing import Computing
-from plinko.app.web.ranges import in_part
+from plinko.app.web.problems import problem_response
 from plinko.app.web.routes.common import (
     Responses,
     Server,
@@ -279,3 +280,44 @@ async def get_sheet(
 def _name_of(many: Many) -> str:
     """A name with everything that decides these drops."""
     return f"{many.board.digest}.{PHYSICS_VERSION}.{many.drops}.{many.first}"
+
+
+_RANGE: Final = re.compile(r"bytes\s*=\s*(\d*)-(\d*)", re.ASCII | re.IGNORECASE)
+_DIGITS: Final = 18  # more than any size has
+
+
+def in_part(request: Request, body: bytes, headers: dict[str, str], media_type: str) -> Response:
+    """The whole body, or the part that the request asks for: 206, or 416 if it has no such part.
+
+    `headers` include the ETag. The body is sent whole if several parts are asked for, if Range is
+    malformed, or if the client has a part of another version (If-Range).
+    """
+    headers = {**headers, "accept-ranges": "bytes"}
+    known = request.headers.get("if-range", headers["etag"])
+    part = _part(request.headers.get("range", ""), len(body)) if known == headers["etag"] else None
+    if part is None:
+        return Response(body, headers=headers, media_type=media_type)
+    if not part:
+        error = RangeError(
+            f"range {shorten(request.headers['range'], 60)}: there are {len(body)} bytes, 0 to "
+            f"{len(body) - 1}",
+            field="range",
+        )
+        response = problem_response(error, request.url.path)
+        response.headers["content-range"] = f"bytes */{len(body)}"
+        return response
+    headers["content-range"] = f"bytes {part[0]}-{part[-1]}/{len(body)}"
+    return Response(body[part.start : part.stop], 206, headers, media_type)
+
+
+def _part(header: str, size: int) -> range | None:
+    """The places of the bytes that the header names, of `size`; None if it names no single part."""
+    match = _RANGE.fullmatch(header.strip())
+    if match is None:
+        return None
+    begin, end = (int(text[:_DIGITS]) if text else None for text in match.groups())
+    if begin is not None:
+        if end is not None and end < begin:
+            return None
+        return range(begin, size if end is None else min(end + 1, size))
+    return None if end is None else range(max(0, size - end), size)

@@ -1,13 +1,16 @@
-"""Live rooms as pictures: a single frame, or a stream of frames for any `<img>`."""
+"""Live rooms as pictures: a frame, a stream of frames for any `<img>`, a QR code for phones."""
 
 import asyncio
 import functools
+import io
 from typing import Annotated
+from urllib.parse import quote
 
 from fastapi import Query, Request, Response
 from starlette.types import Receive, Scope, Send
 
 from plinko.app.computing import prices
+from plinko.app.live.public_tables import MAIN
 from plinko.app.pictures.cache import drawing_version
 from plinko.app.pictures.film import BOUNDARY, PART_HEAD, Camera, Cameras, Shot
 from plinko.app.pictures.frame import draw, moment_of, pixels_of, still_of
@@ -131,3 +134,34 @@ class _Stream(Response):
             if not part:
                 await send({"type": "http.response.body", "body": b"", "more_body": False})
                 return
+
+
+SVG = "image/svg+xml"
+
+
+@router.get(
+    "/{room}/qr.svg",
+    summary="A room's address as a QR code",
+    response_class=Response,
+    responses=documented(None, 404, 503, description="The code", media_type=SVG),
+)
+async def get_room_code(room: str, request: Request, server: Server) -> Response:
+    """The address of the room's page, with the host name of this request.
+
+    If the request used a name that only this machine knows, such as `localhost`, phones cannot
+    open the address.
+    """
+    found = await server.rooms.seek(room)
+    query = "" if found.id == MAIN else f"?room={quote(found.id)}"
+    picture = await asyncio.to_thread(_code, f"{request.base_url}{query}")
+    return Response(picture, headers={"cache-control": "no-cache"}, media_type=SVG)
+
+
+def _code(text: str) -> bytes:
+    """An SVG without a fixed size, black on white, with the margin that the standard requires."""
+    import segno  # noqa: PLC0415 - loaded only for the first code
+
+    picture = io.BytesIO()
+    code = segno.make(text, error="m", micro=False)
+    code.save(picture, kind="svg", xmldecl=False, omitsize=True, light="white")
+    return picture.getvalue()

@@ -1,18 +1,50 @@
-"""The operator's orders: halts of rooms, bans of clients, an announcement, and their log."""
+"""The operator's orders: halts and moves of rooms, bans of clients, an announcement."""
 
+import hmac
 from typing import Annotated
 
 import msgspec
-from fastapi import Request, Response
+from fastapi import Depends, Request, Response
+from fastapi.security import HTTPBearer
 from msgspec import Meta
 
+from plinko.app.errors import TokenError
 from plinko.app.live.orders import ANNOUNCE, BAN, UNBAN
 from plinko.app.rooms.records import EVERY_ROOM
 from plinko.app.web.edge.addresses import one_client
 from plinko.app.web.routes.common import Server, body_of, documented, read, reply
-from plinko.app.web.routes.rooms.operator import Token, check_operator
 from plinko.app.web.routes.table import operations
 from plinko.app.web.services import Services
+from plinko.app.web.tokens import bearer_of, check_bearer
+from plinko.engine.errors import MissingPartError
+
+# This only documents the scheme for OpenAPI; `plinko.app.web.tokens` checks the token.
+Token = Depends(
+    HTTPBearer(
+        scheme_name="operatorToken", description="`PLINKO_OPERATOR_TOKEN`.", auto_error=False
+    )
+)
+
+
+def check_operator(request: Request, server: Services, what: str) -> None:
+    """Raise NoTokenError or TokenError unless the request has the operator's token.
+
+    `what` names the operation for the message: 'halting a room'.
+    """
+    token = server.settings.operator_token
+    if not token:
+        raise TokenError(
+            f"{what} needs the operator's token, but this server was started without one: "
+            "set PLINKO_OPERATOR_TOKEN",
+            field="authorization",
+        )
+    check_bearer(request.headers.get("authorization"), token, "of the operator")
+
+
+def is_operator(request: Request, server: Services) -> bool:
+    token = server.settings.operator_token
+    shown = bearer_of(request.headers.get("authorization"))
+    return bool(token and shown) and hmac.compare_digest(str(shown).encode(), token.encode())
 
 
 class HaltRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -55,6 +87,19 @@ class HaltView(msgspec.Struct, frozen=True):
         Meta(description="When all rooms were halted, Unix time in s; null if they are not."),
     ]
     rooms: Annotated[list[HaltedTable], Meta(description="The rooms halted one by one.")]
+
+
+class MoveRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The server that a room is to move to."""
+
+    to: Annotated[str, Meta(description="The server's `--name`.")]
+
+
+class MoveView(msgspec.Struct, frozen=True):
+    """A room and the server that now has it."""
+
+    room: str
+    server: str
 
 
 router = operations("health")
@@ -129,3 +174,25 @@ def _view(server: Services) -> HaltView:
     since = server.rooms.orders.since
     everything = since.pop(EVERY_ROOM, None)
     return HaltView(everything, [HaltedTable(*each) for each in sorted(since.items())])
+
+
+@router.post(
+    "/rooms/{room}/move",
+    summary="Move a room to another server",
+    responses=documented(MoveView, 400, 401, 403, 404, 413, 422, 501, 503),
+    openapi_extra=body_of(MoveRequest, {"to": "plinko2"}),
+    dependencies=[Token],
+)
+async def move_room(room: str, request: Request, server: Server) -> Response:
+    """Have another server of the cluster continue a room at its present tick.
+
+    The room's clients are sent to that server. Only for the operator.
+    """
+    check_operator(request, server, "moving a room")
+    body = await read(request, MoveRequest)
+    if server.others is None:
+        raise MissingPartError("this server is alone: rooms move between servers with a `--name`")
+    found = await server.rooms.seek(room)
+    peer = await server.others.move(found.id, body.to)
+    await server.rooms.orders.give("move", found.id, body.to)
+    return reply(MoveView(found.id, peer.name), headers={"cache-control": "no-store"})

@@ -27,7 +27,7 @@ from plinko.app.web.routes.common import (
     reply,
 )
 from plinko.app.web.routes.queries import Whole
-from plinko.app.web.routes.rooms.operator import Token, check_operator
+from plinko.app.web.routes.rooms.orders import Token, check_operator
 from plinko.app.web.routes.table import operations
 from plinko.app.web.schemas.fields import Digest, PhysicsVersion, Seed
 from plinko.app.web.services import Services

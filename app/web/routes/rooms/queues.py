@@ -1,14 +1,17 @@
 """A room's queue of balls over REST: add balls, list them, pause, skip, clear."""
 
 from collections.abc import Callable
+from typing import Annotated
 
+import msgspec
 from fastapi import Request, Response
+from msgspec import Meta
 
 from plinko.app.errors import InvalidValueError
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.protocol.visitors import parse_tag
 from plinko.app.rooms.pending import DropCommand
-from plinko.app.rooms.queue import Queue
+from plinko.app.rooms.queue import MOST_BALLS, Queue
 from plinko.app.web.routes.common import (
     Server,
     body_of,
@@ -22,8 +25,46 @@ from plinko.app.web.routes.rooms.repeats import OWNER, Repeats
 from plinko.app.web.routes.rooms.rooms import own_room
 from plinko.app.web.routes.rooms.sessions import RoomToken as Token
 from plinko.app.web.routes.table import operations
-from plinko.app.web.schemas.queues import QueueChange, QueuedItem, QueueRequest, QueueView
+from plinko.app.web.schemas.fields import ColourIn, NameIn
 from plinko.app.web.services import Services
+
+
+class QueueRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Balls to queue, all with the same name and colour."""
+
+    n: Annotated[int, Meta(ge=1, le=MOST_BALLS, description="How many balls.")]
+    name: NameIn = None
+    colour: ColourIn = None
+    every: Annotated[
+        float, Meta(ge=0.02, le=60.0, description="Seconds from one of the balls to the next.")
+    ] = 0.5
+
+
+class QueueChange(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A change of a queue."""
+
+    paused: bool
+
+
+class QueuedItem(msgspec.Struct, frozen=True, omit_defaults=True):
+    """An item of the queue: balls with the same name and colour."""
+
+    number: Annotated[int, Meta(description="Identifies the item until the room is reset.")]
+    n: Annotated[int, Meta(description="How many balls it had at first.")]
+    left: Annotated[int, Meta(description="How many of them still wait.")]
+    every: float
+    name: str | None = None
+    colour: str | None = None
+
+
+class QueueView(msgspec.Struct, frozen=True):
+    """The balls that wait to be dropped into a room."""
+
+    room: str
+    paused: bool
+    waiting: Annotated[int, Meta(description="Balls of all items.")]
+    items: Annotated[list[QueuedItem], Meta(description="In the order in which they are dropped.")]
+
 
 router = operations("rooms", "/api/v1/rooms")
 

@@ -48,7 +48,7 @@ from plinko.app.web.routes.common import (
     resolve_board,
 )
 from plinko.app.web.routes.queries import Whole
-from plinko.app.web.routes.rooms.operator import is_operator
+from plinko.app.web.routes.rooms.orders import is_operator
 from plinko.app.web.routes.rooms.repeats import OWNER, Repeats, session_caller
 from plinko.app.web.routes.rooms.sessions import RoomToken as Token
 from plinko.app.web.routes.rooms.sessions import Token as SessionToken
