@@ -1,17 +1,26 @@
-"""Publish and subscribe between processes: the interface, and a bus in memory for tests."""
+"""Publish and subscribe between processes: the interface, and the bus over Redis by its address."""
 
-import asyncio
 from collections.abc import Callable, Iterator
-from typing import Protocol
+from importlib import import_module
+from typing import Any, Protocol
 
 from plinko.app.ops.metrics import Reading
+from plinko.engine.errors import MissingPartError
 
 Heard = Callable[[bytes], None]
 """A listener: called with each message of a channel, on the event loop's thread."""
 
 
 class Bus(Protocol):
-    """Delivers messages in order but may lose some, so listeners must detect a gap themselves."""
+    """Delivers messages in order but may lose some, so listeners must detect a gap themselves.
+
+    It works while `run` is running. up: whether it delivers now.
+    """
+
+    up: bool
+
+    async def run(self) -> None:
+        """Deliver messages until cancelled."""
 
     def publish(self, channel: str, message: bytes) -> None:
         """Send a message to the channel's current listeners; never waits."""
@@ -22,58 +31,19 @@ class Bus(Protocol):
     def unsubscribe(self, channel: str) -> None: ...
 
 
-class Carried(Bus, Protocol):
-    """A bus that delivers messages only while `run` is running. up: whether it does so now."""
-
-    up: bool
-
-    async def run(self) -> None:
-        """Deliver messages until cancelled."""
-
-
-def readings(bus: Carried) -> Iterator[Reading]:
+def readings(bus: Bus) -> Iterator[Reading]:
     yield "plinko_redis_up", "1 while the connection to Redis works.", bus.up, {}
 
 
-class MemoryBus:
-    """A bus within one process; each call of `join` returns a further end of it."""
-
-    def __init__(self) -> None:
-        self._listeners: dict[str, list[Heard]] = {}
-
-    def publish(self, channel: str, message: bytes) -> None:
-        for heard in list(self._listeners.get(channel, ())):
-            heard(message)
-
-    def join(self) -> "MemoryEnd":
-        return MemoryEnd(self)
-
-    def add(self, channel: str, heard: Heard) -> None:
-        self._listeners.setdefault(channel, []).append(heard)
-
-    def remove(self, channel: str, heard: Heard) -> None:
-        self._listeners[channel].remove(heard)
-
-
-class MemoryEnd:
-    """One end of a `MemoryBus`, which stands for one process."""
-
-    up = True
-
-    def __init__(self, bus: MemoryBus) -> None:
-        self._bus = bus
-        self._own: dict[str, Heard] = {}
-
-    async def run(self) -> None:
-        """Wait until cancelled: `publish` already delivers."""
-        await asyncio.Event().wait()
-
-    def publish(self, channel: str, message: bytes) -> None:
-        self._bus.publish(channel, message)
-
-    def subscribe(self, channel: str, heard: Heard) -> None:
-        self._own[channel] = heard
-        self._bus.add(channel, heard)
-
-    def unsubscribe(self, channel: str) -> None:
-        self._bus.remove(channel, self._own.pop(channel))
+def redis_at(url: str) -> Bus:
+    """The bus at `url`; raises MissingPartError if the client is not installed, SettingError."""
+    try:
+        module: Any = import_module("plinko.app.relay.redis_bus")
+    except ModuleNotFoundError as error:
+        if error.name != "redis":
+            raise
+        raise MissingPartError(
+            "relays need the Redis client: pip install 'plinko-sim[redis]'"
+        ) from None
+    bus: Bus = module.RedisBus(url)
+    return bus

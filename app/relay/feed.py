@@ -19,7 +19,7 @@ from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.registry import Rooms
 from plinko.app.protocol.messages import SEEDS
 from plinko.app.protocol.wire import WireMessage
-from plinko.app.relay.bus import Bus, Carried
+from plinko.app.relay.bus import Bus
 from plinko.app.relay.feed_messages import (
     END,
     REQUESTS,
@@ -80,7 +80,7 @@ class Feed:
         self._bus.publish(self._channel, message.encode())
 
 
-async def feed_relays(bus: Carried | None, rooms: Rooms, client_ids: Iterator[int]) -> None:
+async def feed_relays(bus: Bus | None, rooms: Rooms, client_ids: Iterator[int]) -> None:
     """Run the bus and the feeds until cancelled; returns at once if there is no bus."""
     if bus is None:
         return

@@ -2,8 +2,13 @@
 
 import asyncio
 import contextlib
+import gc
+import logging
+import os
+import socket
 from collections.abc import AsyncIterator, Iterator
 
+import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
@@ -11,16 +16,20 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from plinko.app.errors import AppError
+from plinko.app.listening import config_over, listen, print_address, raise_files
+from plinko.app.ops import logs
 from plinko.app.ops.metrics import Metrics, Reading
-from plinko.app.relay.bus import Carried, readings
+from plinko.app.relay.bus import Bus, readings, redis_at
 from plinko.app.relay.spectators import Spectators
-from plinko.app.settings import Settings
+from plinko.app.settings import Settings, not_settings
+from plinko.app.web.edge.addresses import Connections, Proxies
 from plinko.app.web.edge.front import Front
 from plinko.app.web.problems import problem_response
 from plinko.app.web.tokens import check_bearer
+from plinko.engine import __version__
 
 
-def create_relay(settings: Settings, bus: Carried, rooms: str) -> Starlette:
+def create_relay(settings: Settings, bus: Bus, rooms: str) -> Starlette:
     """The application; raises SettingError if `rooms` is not a server's address."""
     here = Spectators(bus, rooms, settings)
     metrics = Metrics()
@@ -75,3 +84,34 @@ def _readings(here: Spectators) -> Iterator[Reading]:
     yield "plinko_sent_bytes_total", "Bytes of those messages.", traffic.bytes, {}
     text = "Clients closed because they did not read."
     yield "plinko_clients_too_slow_total", text, traffic.too_slow, {}
+
+
+_log = logging.getLogger("plinko")
+
+
+class RelayServer(uvicorn.Server):
+    """uvicorn's server, which prints its address when it is ready."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, then exempt all long-lived objects from later garbage collections."""
+        await super().startup(sockets)
+        gc.collect()
+        gc.freeze()
+        for listener in sockets or ():
+            print_address("A relay of Plinko is at", listener)
+        _log.info("started", extra={"version": __version__})
+
+
+def run(settings: Settings, redis: str, rooms: str) -> None:
+    """Serve until SIGINT or SIGTERM; raises SettingError if it cannot listen."""
+    logs.configure(settings.log_level, settings.log_format)
+    for line in not_settings(os.environ):
+        _log.warning(line)
+    app = create_relay(settings, redis_at(redis), rooms)
+    total = raise_files()
+    # A relay stands behind a proxy, so all clients connect from the proxy's address. Trust every
+    # proxy, and let one address open as many connections as all together.
+    connections = Connections(total, Proxies(("0.0.0.0/0", "::/0")), total)
+    config = config_over(app, settings, connections, app.state.refused)
+    with listen(settings) as listener:
+        RelayServer(config).run(sockets=[listener])

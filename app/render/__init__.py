@@ -12,15 +12,12 @@ if TYPE_CHECKING:
     from plinko.app.render.box import BoxStage
     from plinko.app.render.density import density_picture
     from plinko.app.render.histogram import histogram_picture
-    from plinko.app.render.raster.encode import MEDIA_TYPES, STILLS
     from plinko.app.render.room import Stage
     from plinko.app.render.sheet import contact_sheet
     from plinko.app.render.still import drop_picture
 
 __all__ = [
     "ANIMATIONS",
-    "MEDIA_TYPES",
-    "STILLS",
     "BoxStage",
     "Stage",
     "contact_sheet",
@@ -32,8 +29,6 @@ __all__ = [
 
 _MODULES: Final = {
     "ANIMATIONS": "animation",
-    "MEDIA_TYPES": "raster.encode",
-    "STILLS": "raster.encode",
     "BoxStage": "box",
     "Stage": "room",
     "contact_sheet": "sheet",

@@ -40,5 +40,5 @@ def command(redis: str, rooms: str, **flags: object) -> None:
     common.need_server()
     settings = settings_from(flags)
     with common.garbage_waits():
-        from plinko.app.relay.run import run
+        from plinko.app.relay.served import run
     run(settings, redis, rooms)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from plinko.app.errors import InvalidValueError
 from plinko.app.render.raster.palette import Palette
-from plinko.app.render.raster.png import FAST, SMALL, png
+from plinko.app.render.raster.png import FAST, png
 
 Pixels = npt.NDArray[np.uint8]
 Still = Literal["png", "jpg", "webp"]
@@ -37,12 +37,12 @@ def live_jpg(pixels: Pixels) -> bytes:
 
 def live_png(pixels: Pixels, palette: Palette) -> bytes:
     """Encode pixels as PNG, quickly, with an existing palette."""
-    return png(palette.index(pixels), FAST, palette.colours)
+    return png(palette.index(pixels), palette.colours, FAST)
 
 
 def _png(pixels: Pixels) -> bytes:
     palette = Palette([pixels])
-    return png(palette.index(pixels), SMALL, palette.colours)
+    return png(palette.index(pixels), palette.colours)
 
 
 def _jpg(pixels: Pixels) -> bytes:
@@ -64,11 +64,4 @@ STILLS: Final[Mapping[str, Callable[[Pixels], bytes]]] = {
     "png": _png,
     "jpg": _jpg,
     "webp": _webp,
-}
-MEDIA_TYPES: Final[Mapping[str, str]] = {
-    "png": "image/png",
-    "jpg": "image/jpeg",
-    "webp": "image/webp",
-    "gif": "image/gif",
-    "apng": "image/apng",
 }

@@ -5,7 +5,7 @@ from typing import cast
 from plinko.app.ops.metrics import Reading
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements.totals import Total
-from plinko.app.relay.bus import MemoryBus
+from tests.app.relay.memory_bus import MemoryBus
 from plinko.app.relay.bus import readings as bus_readings
 from plinko.app.web.readings import standing_readings
 from plinko.app.web.returns import Returns

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import uvicorn
 
 from plinko.app.listening import config_over, listen
-from plinko.app.relay.redis_at import redis_at
+from plinko.app.relay.bus import redis_at
 from plinko.app.relay.served import create_relay
 from plinko.app.relay.spectators import Spectators
 from plinko.app.settings import Settings

@@ -13,7 +13,7 @@ from plinko.app.errors import ClosedRoomError, LeaseLostError
 from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
 from plinko.app.protocol.visitors import NO_TAG
 from plinko.app.protocol.wire import WireMessage
-from plinko.app.relay.bus import MemoryBus
+from tests.app.relay.memory_bus import MemoryBus
 from plinko.app.relay.feed import KEPT, Feeds
 from plinko.app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
 from plinko.app.relay.replica import Replica

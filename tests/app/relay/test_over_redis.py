@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from benchmarks.load.generator import Load
 from plinko.app.cli import plinko
 from plinko.app.errors import SettingError
-from plinko.app.relay.redis_at import redis_at
+from plinko.app.relay.bus import redis_at
 from plinko.app.relay.served import create_relay
 from plinko.app.settings import Settings
 from tests.app.relay.relays import Relayed, relaying
