@@ -36,8 +36,8 @@ from plinko.app.persistence.room_log import RoomLogs
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.signing_key import SigningKey, orphans, secret_file
 from plinko.app.relay.bus import readings as bus_readings
-from plinko.app.relay.feed import feed_relays
 from plinko.app.relay.bus import redis_at
+from plinko.app.relay.feed import feed_relays
 from plinko.app.rooms import kinds
 from plinko.app.rooms.boards import MAX_BOARDS, Boards
 from plinko.app.rooms.pending import DropCommand

@@ -40,14 +40,14 @@ GROUPS = {
     },
     "For operators": {
         "ledger": "server.ledger",
-        "halt": "server.halt",
-        "announce": "server.announce",
+        "halt": "server.operator:halt",
+        "announce": "server.operator:announce",
         "relay": "server.relay",
-        "rooms": "server.rooms",
-        "players": "server.players",
+        "rooms": "server.operator:rooms",
+        "players": "server.operator:players",
     },
 }
-"""Subcommands in the order of the help. Each module of this package defines one as `command`."""
+"""Subcommands in the order of the help: the module of each, and its name there if not `command`."""
 
 COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 
@@ -67,9 +67,9 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(
-            f"plinko.app.cli.{COMMANDS[cmd_name]}"
-        ).command
+        module, _, name = COMMANDS[cmd_name].partition(":")
+        found = importlib.import_module(f"plinko.app.cli.{module}")
+        command: click.Command = getattr(found, name or "command")
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

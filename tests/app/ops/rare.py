@@ -5,7 +5,6 @@ from typing import cast
 from plinko.app.ops.metrics import Reading
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements.totals import Total
-from tests.app.relay.memory_bus import MemoryBus
 from plinko.app.relay.bus import readings as bus_readings
 from plinko.app.web.readings import standing_readings
 from plinko.app.web.returns import Returns
@@ -13,6 +12,7 @@ from plinko.app.web.shared import Standing
 from plinko.app.webhooks.targets import Target
 from plinko.app.webhooks.webhooks import Webhooks
 from plinko.engine import Board
+from tests.app.relay.memory_bus import MemoryBus
 from tests.kit.null_ledger import NullLedger
 
 

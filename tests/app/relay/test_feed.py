@@ -13,7 +13,6 @@ from plinko.app.errors import ClosedRoomError, LeaseLostError
 from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
 from plinko.app.protocol.visitors import NO_TAG
 from plinko.app.protocol.wire import WireMessage
-from tests.app.relay.memory_bus import MemoryBus
 from plinko.app.relay.feed import KEPT, Feeds
 from plinko.app.relay.feed_messages import REQUESTS, channel_of, encode_request, payload_of
 from plinko.app.relay.replica import Replica
@@ -21,6 +20,7 @@ from plinko.engine import Board
 from tests.app.asking import ask
 from tests.app.live.test_registry import finish
 from tests.app.passes import rooms_by_hand, run_pass
+from tests.app.relay.memory_bus import MemoryBus
 from tests.kit.waiting import eventually, turns
 
 
