@@ -29,6 +29,7 @@ from plinko.app.web.routes.rooms import (
 )
 from plinko.app.web.routes.table import RouteTable
 from plinko.engine import __version__
+from plinko.engine.json_text import JsonObject
 
 _ROUTERS = (
     boards, pictures, drops, many, payouts, live, rooms, queues, scenes,
@@ -113,14 +114,17 @@ _LIMITED: Final = {
 """Headers of a response that refuses a request because of a limit."""
 
 
-def _add_common_answers(responses: dict[str, object], has_body: bool) -> None:
-    """Add 429, which any request may get, and 415 for requests with a body."""
+def _failures(path: str, operation: JsonObject) -> dict[str, object]:
+    """The responses that follow from an operation's form: its path, body, parameters, token."""
+    codes = [429, 503] if path.startswith("/api/") else [429]
+    codes += [404] * ("{" in path) + [422] * ("parameters" in operation)
+    codes += [400, 404, 413, 415, 422] * ("requestBody" in operation)
+    codes += [401, 403] * ("security" in operation)
+    found = {str(code): each for code, each in documented_failures(*codes).items()}
     text = {"schema": {"type": "string"}}
-    limit = documented_failures(429)[429]
-    limit["headers"] = {name: {"description": what, **text} for name, what in _LIMITED.items()}
-    responses["429"] = limit
-    if has_body:
-        responses["415"] = documented_failures(415)[415]
+    headers = {name: {"description": what, **text} for name, what in _LIMITED.items()}
+    found["429"]["headers"] = headers
+    return found
 
 
 def _document(app: FastAPI, routes: Sequence[BaseRoute]) -> dict[str, object]:
@@ -136,12 +140,11 @@ def _document(app: FastAPI, routes: Sequence[BaseRoute]) -> dict[str, object]:
             servers=[{"url": app.state.services.settings.root_path or "/"}],
         )
         made.setdefault("components", {})["schemas"] = components()
-        for path in made["paths"].values():
-            for operation in path.values():
-                _add_common_answers(operation["responses"], "requestBody" in operation)
+        for path, operations in made["paths"].items():
+            for operation in operations.values():
                 # This server's 422 is a problem document, not the framework's own shape.
-                refusal = operation["responses"].get("422")
-                if refusal and "HTTPValidationError" in str(refusal):
-                    del operation["responses"]["422"]
+                own = operation["responses"].items()
+                known = {code: each for code, each in own if "HTTPValidationError" not in str(each)}
+                operation["responses"] = _failures(path, operation) | known
         app.openapi_schema = made
     return app.openapi_schema

@@ -77,7 +77,7 @@ router = operations("boards")
 @router.post(
     "/payouts",
     summary="Solve a payout table",
-    responses=documented(Payouts, 400, 404, 413, 422, 503),
+    responses=documented(Payouts),
     openapi_extra=body_of(PayoutsRequest, {"board": "triangle-8", "return": 0.99, "risk": "low"}),
 )
 async def solve_payouts(request: Request, server: Server) -> Response:

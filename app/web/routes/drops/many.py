@@ -28,7 +28,7 @@ router = operations("drops")
 @router.post(
     "/simulate",
     summary="Compute many drops",
-    responses=documented(Simulation, 400, 404, 413, 422, 503),
+    responses=documented(Simulation),
     openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
 )
 async def simulate(request: Request, server: Server) -> Response:
@@ -50,7 +50,7 @@ async def simulate(request: Request, server: Server) -> Response:
 @router.post(
     "/seeds",
     summary="Find seeds that land in a bin",
-    responses=documented(SeedsFound, 400, 404, 413, 422, 503),
+    responses=documented(SeedsFound),
     openapi_extra=body_of(SeedsRequest, {"board": "triangle-16", "bin": 8, "count": 3}),
 )
 async def find_seeds(request: Request, server: Server) -> Response:

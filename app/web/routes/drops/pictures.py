@@ -94,7 +94,7 @@ def documented_picture(*formats: str, failures: tuple[int, ...] = ()) -> Respons
     return {
         200: {"description": "The picture", "content": content},
         206: {"description": "A part", "content": content},
-        **documented_failures(304, 404, 416, 422, 503, *failures),
+        **documented_failures(304, 416, *failures),
     }
 
 

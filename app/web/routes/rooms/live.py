@@ -44,7 +44,7 @@ Fps = Annotated[Whole, Query(ge=1, le=60, description="Frames a second, at most.
     "/{room}/frame.{format:picture}",
     summary="A picture of a room",
     response_class=Response,
-    responses=documented_picture(*STILLS, failures=(429,)),
+    responses=documented_picture(*STILLS),
 )
 async def get_room_frame(
     room: str,
@@ -71,9 +71,7 @@ async def get_room_frame(
     "/{room}/stream.mjpg",
     summary="A room as a stream of JPEGs",
     response_class=Response,
-    responses=documented(
-        None, 404, 422, 429, 503, description="A part for each frame, endless", media_type=STREAM
-    ),
+    responses=documented(None, description="A part for each frame, endless", media_type=STREAM),
 )
 async def get_room_stream(
     room: str,
@@ -143,7 +141,7 @@ SVG = "image/svg+xml"
     "/{room}/qr.svg",
     summary="A room's address as a QR code",
     response_class=Response,
-    responses=documented(None, 404, 503, description="The code", media_type=SVG),
+    responses=documented(None, description="The code", media_type=SVG),
 )
 async def get_room_code(room: str, request: Request, server: Server) -> Response:
     """The address of the room's page, with the host name of this request.

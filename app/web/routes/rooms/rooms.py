@@ -39,7 +39,6 @@ from plinko.app.web.routes.common import (
     body_of,
     compute,
     documented,
-    documented_failures,
     is_current,
     limit_drops,
     next_page,
@@ -104,7 +103,7 @@ LogLimit = Annotated[
 ]
 
 
-@router.get("", summary="List the rooms", responses=documented(RoomList, 422))
+@router.get("", summary="List the rooms", responses=documented(RoomList))
 async def list_rooms(
     request: Request,
     server: Server,
@@ -135,9 +134,7 @@ async def list_rooms(
     "",
     status_code=201,
     summary="Open a room",
-    responses=documented(
-        RoomOpened, 400, 404, 413, 422, 429, 503, status=201, description="Opened"
-    ),
+    responses=documented(RoomOpened, status=201, description="Opened"),
     openapi_extra=body_of(RoomRequest, {"board": "triangle-12-high"}),
 )
 async def open_room(request: Request, server: Server, repeats: Repeats) -> Response:
@@ -179,7 +176,7 @@ async def _open(
         return await rooms.create(retold.scene, SCENE, creator, use, retold)
 
 
-@router.get("/{room}", summary="Get a room", responses=documented(RoomView, 404, 429, 503))
+@router.get("/{room}", summary="Get a room", responses=documented(RoomView))
 async def get_room(room: str, server: Server) -> Response:
     """The room's tick, the starts of its balls in flight, and statistics of the landed ones."""
     return reply(_view(server, await server.rooms.seek(room)))
@@ -188,7 +185,7 @@ async def get_room(room: str, server: Server) -> Response:
 @router.get(
     "/{room}/draw",
     summary="Get a room's draw",
-    responses=documented(DrawView, 304, 404, 429, 503),
+    responses=documented(DrawView, 304),
 )
 async def get_draw(room: str, request: Request, server: Server) -> Response:
     """The odds of its bins, and the seeds whose balls land in each: the content of its digest."""
@@ -204,7 +201,7 @@ async def get_draw(room: str, request: Request, server: Server) -> Response:
 @router.patch(
     "/{room}",
     summary="Change a room",
-    responses=documented(RoomView, 400, 401, 403, 404, 413, 422, 429, 503),
+    responses=documented(RoomView),
     openapi_extra=body_of(RoomChange, {"board": "triangle-8"}),
     dependencies=[Token],
 )
@@ -220,7 +217,7 @@ async def change_room(room: str, request: Request, server: Server, repeats: Repe
 @router.post(
     "/{room}/reset",
     summary="Reset a room",
-    responses=documented(RoomView, 401, 403, 404, 422, 429, 503),
+    responses=documented(RoomView),
     dependencies=[Token],
 )
 async def reset_room(room: str, request: Request, server: Server, repeats: Repeats) -> Response:
@@ -234,7 +231,7 @@ async def reset_room(room: str, request: Request, server: Server, repeats: Repea
     "/{room}",
     status_code=204,
     summary="Close a room",
-    responses={204: {"description": "Closed"}, **documented_failures(401, 403, 404, 429, 503)},
+    responses={204: {"description": "Closed"}},
     dependencies=[Token],
 )
 async def close_room(room: str, request: Request, server: Server) -> Response:
@@ -250,7 +247,7 @@ async def close_room(room: str, request: Request, server: Server) -> Response:
 @router.get(
     "/{room}/log",
     summary="Read a room's log",
-    responses=documented(RoomLog, 304, 401, 403, 404, 422, 429, 503),
+    responses=documented(RoomLog, 304),
     openapi_extra=OPTIONAL_TOKEN,
     dependencies=[Token],
 )
@@ -288,15 +285,7 @@ async def get_room_log(
     responses={
         **documented(
             RoomDrop,
-            400,
-            401,
-            403,
-            404,
             409,
-            413,
-            422,
-            429,
-            503,
             status=202,
             description="In flight",
         ),
