@@ -24,7 +24,7 @@ const samples = [];
 window.WebSocket = class extends WebSocket {
   constructor(...all) {
     super(...all);
-    received.knows = /stream=(seeds|paths)/.test(String(all[0]));
+    received.knows = /stream=seeds/.test(String(all[0]));
     this.addEventListener("message", ({ data }) => {
       // The ticks of a room that slept have a new offset.
       if (typeof data === "string" && data.includes('"accepted"')) samples.length = 0;

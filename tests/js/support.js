@@ -68,12 +68,6 @@ export function triangle() {
   };
 }
 
-/** Golden knots as the page keeps them. @param {Record<string, number>[]} knots */
-export function knotsOf(knots) {
-  const names = ["t", "x", "y", "angle", "ax", "ay", "hit"];
-  return Float32Array.from(knots.flatMap((knot) => names.map((name) => knot[name])));
-}
-
 /** A fake of a browser's storage. @returns {Pick<Storage, "getItem" | "setItem" | "removeItem">} */
 export function storage() {
   const kept = new Map();

@@ -118,9 +118,6 @@
  * @property {Uint8Array} bounced 1 if the ball hit something since the previous snapshot
  * @property {Uint8Array} asleep 1 if the ball is at rest, in a room whose balls touch each other
  *
- * @typedef {{ball: number, knots: Float32Array}} PathPart a stretch of a ball's path, nearly always
- *   all of it
- *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
  *   | Presence | Missed | Halted | Notice | QueueState | Pong | SessionState | SessionEnded} TableMessage
  *

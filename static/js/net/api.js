@@ -114,3 +114,13 @@ export function socketUrl(room, stream = "") {
   if (stream) url.searchParams.set("stream", stream);
   return url.href;
 }
+
+export const SEEDS = "seeds"; // the stream without positions: the page computes each path
+const SNAPSHOTS = "snapshots"; // the stream of positions at every tick
+
+/**
+ * @param {string | null} asked the stream in the page's address
+ * @param {boolean} solves whether this page can compute paths
+ * @returns {string[]} usable streams, the best first
+ */
+export const streamsFor = (asked, solves) => (solves && asked !== SNAPSHOTS ? [SEEDS, SNAPSHOTS] : [SNAPSHOTS]);

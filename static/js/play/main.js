@@ -1,7 +1,6 @@
 // Starts the live page: the game and its panels. Old replay links are redirected to the replay page.
 
-import { messageOf } from "../net/api.js";
-import { streamsFor } from "../net/streams.js";
+import { messageOf, streamsFor } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { number, t } from "../texts/text.js";
@@ -31,7 +30,7 @@ async function start() {
     return;
   }
   keepOffline();
-  // Without WebAssembly the server sends paths, and the page computes nothing.
+  // Without WebAssembly the server sends snapshots, and the page computes nothing.
   const opening = openSolver().catch(() => null);
   const loading = Theme.load();
   await pause();

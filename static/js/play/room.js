@@ -4,11 +4,9 @@ import { Visitors } from "../model/table/visitors.js";
 import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { MINOR_UNITS } from "../model/player/account.js";
 import { Table } from "../model/table/table.js";
-import { getJson, socketUrl } from "../net/api.js";
+import { getJson, SEEDS, socketUrl } from "../net/api.js";
 import { Connection, ROOM_MOVED } from "../net/connection.js";
-import { decodePaths } from "../net/paths.js";
 import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
-import { PATHS, SEEDS } from "../net/streams.js";
 import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
@@ -438,14 +436,11 @@ export class Room {
   #takeBytes(bytes) {
     if (!this.#visit) return;
     const { hello, table, clock, scale } = this.#visit;
-    if (hello.stream === PATHS) table.applyPaths(decodePaths(bytes));
-    else {
-      this.#snapshot = decodeSnapshot(bytes, scale, this.tick ?? hello.tick, this.#snapshot);
-      this.tick = this.#snapshot.tick;
-      table.applySnapshot(this.#snapshot);
-      this.news.tell("snapshot", null);
-      clock.observe(this.tick, performance.now());
-    }
+    this.#snapshot = decodeSnapshot(bytes, scale, this.tick ?? hello.tick, this.#snapshot);
+    this.tick = this.#snapshot.tick;
+    table.applySnapshot(this.#snapshot);
+    this.news.tell("snapshot", null);
+    clock.observe(this.tick, performance.now());
     this.news.tell("picture", null);
   }
 

@@ -1,7 +1,6 @@
 // Starts the stage page, for a projector or a stream: it shows one room, with the options in its address.
 
-import { messageOf } from "../net/api.js";
-import { streamsFor } from "../net/streams.js";
+import { messageOf, streamsFor } from "../net/api.js";
 import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";

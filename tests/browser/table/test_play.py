@@ -31,7 +31,7 @@ def places_of(sampled: Any) -> list[list[float]]:
     return [[row[x], row[y]] for row in sampled["frames"]]
 
 
-@pytest.mark.parametrize("stream", ["seeds", "paths"])
+@pytest.mark.parametrize("stream", ["seeds", "snapshots"])
 def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(opened: Open, stream: str) -> None:
     screen = opened(f"/?stream={stream}", before=HEAR).ready()
     record = screen.api("drops/triangle-16/42")

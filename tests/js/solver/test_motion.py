@@ -2,20 +2,13 @@
 
 import random
 from bisect import bisect_right
-from collections.abc import Callable
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 
-from plinko.app.protocol.messages import Landed, Limits
-from plinko.app.rooms.independent import IndependentRoom
-from plinko.app.rooms.pending import DropCommand
 from plinko.engine import Board, drop
 from tests.js.conftest import Run
-
-Tell = Callable[..., tuple[dict[str, Any], Any]]
 
 TICK = 1.0 / 60.0  # s
 
@@ -23,7 +16,6 @@ TICK = 1.0 / 60.0  # s
 # Returns table time and place in each frame, and the largest number of keyframes kept.
 _PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate }, load) => {
   const { TickClock } = await load("net/tick-clock.js");
-  const { decodePaths } = await load("net/paths.js");
   const table = new Table(hello);
   const clock = new TickClock({ rate });
   table.accept(accepted, true);
@@ -32,14 +24,10 @@ _PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate }, load) => 
   let kept = 0;
   for (const now of times) {
     for (; next < stamps.length && stamps[next].at <= now; next += 1) {
-      const { tick, at, contacts, ball, landed, path } = stamps[next];
+      const { tick, at, contacts, ball, landed } = stamps[next];
       clock.observe(tick, at);
       for (const contact of contacts) table.applyContact(contact);
       if (landed) table.applyLanded(landed);
-      if (path) {
-        const bytes = Uint8Array.from(path.match(/../g), (pair) => parseInt(pair, 16));
-        table.applyPaths(decodePaths(bytes.buffer));
-      }
       if (!ball) continue;
       table.applySnapshot({ tick, count: 1, ids: [0], x: [ball[0]], y: [ball[1]],
         angle: [ball[2]], vx: [ball[3]], vy: [ball[4]], bounced: [ball[5]] });
@@ -90,39 +78,6 @@ def told(board: Board, seed: int, jitter: float) -> tuple[dict[str, Any], Any]:
     }, fall
 
 
-def told_in_a_path(
-    board: Board, seed: int, jitter: float, late: int = 0
-) -> tuple[dict[str, Any], Any]:
-    """The messages of a drop in the stream `paths`; to a client that comes at tick `late`."""
-    chance = random.Random(seed)
-    room = IndependentRoom("r", board, tick_rate=60, max_balls=1)
-    accepted = room.drop(DropCommand(seed))
-    if late:
-        room.advance(late)
-    hello = room.hello(0.0, Limits(1, 1.0, 4096), "paths")
-    arrived = 1000 * late * TICK
-    stamps: list[dict[str, Any]] = []
-    first = room.current_path(accepted.ball).hex()
-    stamps.append({"tick": late, "at": arrived, "contacts": [], "path": first})
-    while room.awake:
-        events = [event for event in room.step(watched=True) if isinstance(event, Landed)]
-        tick = room.world.tick
-        arrived = max(arrived, 1000 * tick * TICK + chance.expovariate(1.0) * jitter)
-        stamp: dict[str, Any] = {"tick": tick, "at": arrived, "contacts": []}
-        if more := room.due_paths(tick - 1):
-            stamps.append({**stamp, "path": more.hex()})
-        if events:
-            stamps.append({**stamp, "landed": msgspec.to_builtins(events[0])})
-        elif tick % 60 == 0:  # a clock
-            stamps.append(stamp)
-    return {
-        "hello": msgspec.json.decode(msgspec.json.encode(hello)) | {"balls": []},
-        "accepted": msgspec.to_builtins(accepted),
-        "stamps": stamps,
-        "rate": 60,
-    }, drop(board, seed=seed)
-
-
 def contact(tick: int, hit: Any) -> dict[str, Any]:
     places = {name: float(hit[name]) for name in ("t", "x", "y")}
     speed = float(np.hypot(hit["vx"], hit["vy"]))
@@ -143,14 +98,11 @@ def wired(state: Any, bounced: bool) -> list[float]:
     return [x, y, float(state["theta"]), vx, vy, int(bounced)]
 
 
-@pytest.mark.parametrize("tell", [told, told_in_a_path])
 @pytest.mark.parametrize("hertz", [30, 60, 144])
-def test_displays_show_the_true_place_and_cut_no_bounce_short(
-    run: Run, hertz: int, tell: Tell
-) -> None:
+def test_displays_show_the_true_place_and_cut_no_bounce_short(run: Run, hertz: int) -> None:
     board = Board.preset("triangle-12")
     for seed in (1, 2, 3):
-        given, fall = tell(board, seed, jitter=4.0)
+        given, fall = told(board, seed, jitter=4.0)
         end = given["stamps"][-1]["at"] + 300
         times = np.arange(200.0, end, 1000 / hertz).tolist()
         played = run("model/table/table.js", _PLAY, {**given, "times": times})
@@ -165,51 +117,6 @@ def test_displays_show_the_true_place_and_cut_no_bounce_short(
         steps = np.diff(times) * hertz
         assert steps.min() > 0.88
         assert steps.max() < 1.12
-
-
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton"])
-def test_paths_are_drawn_as_exact_curves(run: Run, name: str, seed: int) -> None:
-    """Unlike snapshots, paths include slow contacts, and nothing is smoothed."""
-    given, fall = told_in_a_path(Board.preset(name), seed, jitter=4.0)
-    end = given["stamps"][-1]["at"] + 300
-    played = run(
-        "model/table/table.js", _PLAY, {**given, "times": np.arange(200.0, end, 1000 / 97).tolist()}
-    )
-    shown = np.array([row for row in played["shown"] if 0.0 < row[0] < fall.duration])
-    true = fall.states(shown[:, 0])
-    off = np.hypot(shown[:, 1] - true["x"], shown[:, 2] - true["y"])
-    assert off.max() < 1.6e-4, f"{name}, seed {seed}: {off.max()}"  # m: 0.016 pixels
-
-
-def test_a_path_in_parts_is_drawn_through_their_joints(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("plinko.app.protocol.paths.MOST_KNOTS", 5)
-    board = Board.preset("galton")
-    for late in (0, 100):
-        given, fall = told_in_a_path(board, 2, jitter=4.0, late=late)
-        assert sum("path" in stamp for stamp in given["stamps"]) > 2
-        first, last = given["stamps"][0]["at"] + 200, given["stamps"][-1]["at"]
-        times = np.arange(first, last, 1000 / 60).tolist()
-        played = run("model/table/table.js", _PLAY, {**given, "times": times})
-        shown = np.array([row for row in played["shown"] if row[0] < fall.duration])
-        assert len(shown) > 0.8 * (len(times) - 15)
-        true = fall.states(shown[:, 0])
-        off = np.hypot(shown[:, 1] - true["x"], shown[:, 2] - true["y"])
-        assert off.max() < 1.6e-4
-
-
-def test_a_ball_whose_landing_is_late_sinks_into_its_bin(run: Run) -> None:
-    board = Board.preset("triangle-8")
-    given, fall = told_in_a_path(board, 2, jitter=0.0)
-    last = given["stamps"][-1]
-    assert "landed" in last
-    last["at"] += 400
-    times = np.arange(200.0, last["at"], 1000 / 60).tolist()
-    shown = np.array(run("model/table/table.js", _PLAY, {**given, "times": times})["shown"])
-    assert shown[-1, 0] > fall.duration + 0.2
-    assert shown[-1, 2] > board.bins.y
 
 
 def test_a_ball_keeps_half_a_second_of_its_path_in_a_long_fall(run: Run) -> None:

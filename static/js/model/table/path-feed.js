@@ -4,21 +4,22 @@ import { normalAt } from "../normal.js";
 import { LANDING, PEG, WALL } from "../motion/drop.js";
 
 /** @import { Board } from "../board.js" */
-/** @import { ImpactRow } from "../motion/drop.js" */
 /** @import { State } from "../motion/flight.js" */
+/** @import { ImpactRow } from "../motion/drop.js" */
 /** @import { Path } from "../motion/path.js" */
 
 /**
- * A ball's path; times in s since the start.
- * @typedef {object} Course
+ * @typedef {object} Solved a drop that this page computed; times in s since the start
  * @property {number} duration s
  * @property {ImpactRow[]} impacts
  * @property {(times: number[]) => State[]} states
  * @property {() => State[]} before right before each impact
- *
- * @typedef {Course & {xStart: number, bin: number | null, score: number, unsettled: string | null,
- *   xEnd: number, digest: string}} Solved a drop that this page computed; xStart and xEnd: m,
- *   unsettled: why the ball did not land
+ * @property {number} xStart m
+ * @property {number} xEnd m
+ * @property {number | null} bin
+ * @property {number} score
+ * @property {string | null} unsettled why the ball did not land
+ * @property {string} digest
  *
  * @typedef {(t: number, impact: {x: number, y: number, kind: number, index: number, speed: number}
  *   ) => void} Hear t: table time, s; m and m/s
@@ -41,7 +42,7 @@ export class PathFeed {
 
   /**
    * @param {Path} path
-   * @param {Course} course
+   * @param {Solved} course
    * @param {Board} board
    * @param {{start: number, from: number, rate: number}} times start: of the ball, from: of its
    *   keyframes, table time in s; rate: ticks a second

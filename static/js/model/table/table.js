@@ -1,6 +1,5 @@
 // The balls of one room: takes its events and snapshots, and makes the scene at any table time.
 
-import { FlightPath, joined } from "../motion/flight-path.js";
 import { Path } from "../motion/path.js";
 import { Trace } from "../motion/trace.js";
 import { colourOf } from "../player/colour.js";
@@ -9,7 +8,7 @@ import { ImpactQueue } from "./impact-queue.js";
 import { shownEnd, timeInFall, timeSeen } from "./pace.js";
 import { PathFeed } from "./path-feed.js";
 
-/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, PathPart, Snapshot, Tag } from "../messages.js" */
+/** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, Snapshot, Tag } from "../messages.js" */
 /** @import { BinHit, Scene, SceneBall } from "../scene.js" */
 /** @import { QueuedImpact } from "./impact-queue.js" */
 /** @import { Solved } from "./path-feed.js" */
@@ -40,9 +39,7 @@ const MOST_KEYFRAMES = 600; // of one ball, while the page does not draw (a hidd
  * @property {Tag} [tag] of its drop
  * @property {string} [by] its owner's name
  * @property {Path} path
- * @property {number} from table time from which its path is kept, s
  * @property {Solved | null} solved its drop, if this page computed it
- * @property {Float32Array | null} knots of its path, in the stream `paths`
  * @property {PathFeed | null} feed makes the path, if it is known before it happens
  * @property {Landed | null} landed the table's event, null until it arrives
  * @property {number} end table time of its landing, s; infinite until it is known
@@ -94,7 +91,6 @@ export class Table {
     this.rate = hello.tick_rate;
     this.law = { gravity: hello.board.gravity, drag: hello.board.drag };
     this.impacts = new ImpactQueue(hello.board.pegs);
-    this.receives = hello.stream === "paths";
     for (const ball of hello.balls) {
       const from = hello.tick / this.rate - KEPT_SECONDS;
       this.#add(ball, { mine: false, explicit: false, fresh: ball.tick >= hello.tick, from });
@@ -103,7 +99,7 @@ export class Table {
 
   /** Whether paths grow when the table is drawn, instead of when messages arrive. */
   get growsWhenDrawn() {
-    return this.receives || this.solve !== null;
+    return this.solve !== null;
   }
 
   /** @param {Accepted | BriefAccepted} event @param {boolean} mine @returns {Ball} */
@@ -153,19 +149,6 @@ export class Table {
       keyframe.vy = snapshot.vy[i];
       keyframe.bounced = snapshot.bounced[i] === 1;
       ball.path.add(keyframe);
-    }
-  }
-
-  /** @param {PathPart[]} parts each nearly always a whole path; further parts of a long one come later */
-  applyPaths(parts) {
-    const { board, rate } = this;
-    for (const { ball: id, knots } of parts) {
-      const ball = this.balls.get(id);
-      if (!ball || ball.landed) continue;
-      ball.knots = ball.knots ? joined(ball.knots, knots) : knots;
-      const from = Math.max(ball.from, ball.path.end);
-      ball.feed = new PathFeed(ball.path, new FlightPath(ball.knots, board), board, { start: ball.start, from, rate });
-      Object.assign(ball, { end: ball.feed.end, sink: ball.feed.sink });
     }
   }
 
@@ -285,8 +268,7 @@ export class Table {
     const ball = {
       id, seed, x, aim, explicit, start, mine, path, landed: null, outcome: null, settled: false,
       pace: mine && solved ? this.pace : 1,
-      end: Number.POSITIVE_INFINITY, sink: null,
-      from, solved: solved ?? null, knots: null,
+      end: Number.POSITIVE_INFINITY, sink: null, solved: solved ?? null,
       feed: solved ? new PathFeed(path, solved, board, { start, from, rate }) : null,
       trace: mine && this.tracing ? new Trace() : null,
       ...(tag && { tag }),
@@ -300,7 +282,7 @@ export class Table {
       },
     };
     if (ball.feed) Object.assign(ball, { end: ball.feed.end, sink: ball.feed.sink });
-    else if (fresh && !this.receives) path.add({ ...place(start, x, board.drop.y), vIn: true, vOut: true });
+    else if (fresh) path.add({ ...place(start, x, board.drop.y), vIn: true, vOut: true });
     this.balls.set(id, ball);
     this.#byWireId.set(id % 65536, ball);
     return ball;

@@ -73,3 +73,15 @@ test("a brief landing is completed only if digests agree", () => {
   assert.equal(table.applyLanded({ ball: 1, digest: "000000000000" }), false);
   assert.equal(table.balls.get(1).landed, null);
 });
+
+test("a ball whose landing is late sinks into its bin", () => {
+  const hello = { board, tick_rate: RATE, tick: 0, stream: "seeds", balls: [] };
+  const table = new Table(hello, (start) => solver.drop(board, start));
+  table.accept({ ball: 0, seed: "2", tick: 0 }, false);
+  const { duration } = solver.drop(board, { seed: "2" });
+  let lowest = 0;
+  for (let t = 0; t < duration + 0.5; t += 1 / RATE) {
+    for (const { y } of table.sceneAt(t, t).balls) lowest = Math.max(lowest, y);
+  }
+  assert.ok(lowest > board.bins.y + board.ball.radius);
+});
