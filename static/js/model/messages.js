@@ -104,7 +104,6 @@
  * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState items: only the first of those waiting
  * @typedef {{type: "notice", text: string | null, leaving?: boolean}} Notice what the operator announces, and whether the server is about to stop
  * @typedef {{type: "halted", halted: boolean}} Halted whether an operator has stopped the room from accepting drops
- * @typedef {{type: "pong", t: number}} Pong
  * @typedef {object} Snapshot the balls of a room at one tick, as columns: ball i is ids[i], x[i], …
  * @property {number} tick
  * @property {number} seq events the room had sent when this was encoded, modulo 2^32
@@ -119,7 +118,7 @@
  * @property {Uint8Array} asleep 1 if the ball is at rest, in a room whose balls touch each other
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Presence | Missed | Halted | Notice | QueueState | Pong | SessionState | SessionEnded} TableMessage
+ *   | Presence | Missed | Halted | Notice | QueueState | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

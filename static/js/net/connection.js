@@ -33,8 +33,6 @@ export class Connection {
   greeted = false;
   /** Whether a message must arrive within SILENCE_MS. */
   expecting = false;
-  /** Bytes of all messages until now, over all sockets. */
-  received = 0;
 
   /** @param {string} url @param {Listener} listener */
   constructor(url, listener) {
@@ -98,7 +96,6 @@ export class Connection {
 
   /** @param {string | ArrayBuffer} data */
   #receive(data) {
-    this.received += sizeOf(data);
     if (this.expecting) this.expectNews(true);
     if (typeof data === "string") this.listener.onText(data);
     else this.listener.onBytes(data);
@@ -152,11 +149,4 @@ export class Connection {
     }
     return socket;
   }
-}
-
-/** @param {string | ArrayBuffer} data @returns {number} bytes on the wire, without framing */
-function sizeOf(data) {
-  if (typeof data !== "string") return data.byteLength;
-  // Almost all texts are ASCII, with one byte for each character.
-  return /^[\x00-\x7f]*$/.test(data) ? data.length : new TextEncoder().encode(data).length;
 }

@@ -98,7 +98,7 @@ export class Room {
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: () => this.#setState("closed"),
       // A ping shows whether the connection still works.
-      onQuiet: () => this.ping(),
+      onQuiet: () => this.connection.send({ type: "ping", t: performance.now() }),
     });
   }
 
@@ -204,11 +204,6 @@ export class Room {
     this.#rest(table);
   }
 
-  /** Measures the time of a message to the server and back; the result comes as `pong`. */
-  ping() {
-    return this.connection.send({ type: "ping", t: performance.now() });
-  }
-
   /** Sends our name and colour to the room. All tabs of a player are one visitor; an audience is none. */
   appear() {
     const { self, wallet } = this;
@@ -254,7 +249,6 @@ export class Room {
     else if (event.type === "notice") this.news.tell("notice", event);
     else if (event.type === "queue") this.news.tell("queue", event);
     else if (event.type === "presence") this.visitors.hear(event, this.table?.balls.values());
-    else if (event.type === "pong") this.news.tell("pong", performance.now() - event.t);
     this.news.tell("picture", null);
   }
 

@@ -1,9 +1,8 @@
-// The panel "Measure": fit, returns, one ball, the connection. It costs nothing while it is closed.
+// The panel "Measure": fit, returns, one ball. It costs nothing while it is closed.
 
 import { byId, onClick } from "../../util/dom.js";
 import { BallMeter } from "./ball.js";
 import { FitMeter } from "./fit.js";
-import { LineMeter } from "./line.js";
 
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
@@ -15,7 +14,6 @@ export class InstrumentPanel {
     this.game = game;
     this.panel = byId("measure", HTMLDetailsElement);
     this.ball = new BallMeter(game, theme);
-    this.line = new LineMeter(game);
     this.fit = new FitMeter(game, this.panel);
     this.panel.addEventListener("toggle", () => game.tell("picture", null));
     onClick("follow", () => {
@@ -36,7 +34,6 @@ export class InstrumentPanel {
   /** @param {number[]} counts of the tray @param {number} nowMs @returns {boolean} whether to call it again soon */
   show(counts, nowMs) {
     if (!this.open || !this.game.room.table) return false;
-    this.line.drawn(nowMs);
     const more = this.ball.show(nowMs);
     return this.fit.show(counts, nowMs) || more;
   }
