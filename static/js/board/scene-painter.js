@@ -76,7 +76,6 @@ export class ScenePainter {
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
     this.#drawNames(ctx, scene.balls);
-    for (const ball of scene.balls) if (ball.id === scene.chosen) this.#drawChosen(ctx, ball);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
     for (const hit of scene.hits) this.#drawHit(ctx, hit);
     for (const hit of scene.hits) if (hit.ticket ?? true) this.#drawPaid(ctx, hit);
@@ -171,22 +170,6 @@ export class ScenePainter {
       ctx.drawImage(sheet, box.x, box.y, box.width, box.height);
       this.#damage.add(box.x - 1, box.y - 1, box.width + 2, box.height + 2);
     }
-  }
-
-  /**
-   * Draws a ring around the ball whose figures are shown.
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {Point} point
-   */
-  #drawChosen(ctx, { x, y }) {
-    const { px, py } = this.geometry;
-    const reach = this.radius + 5;
-    ctx.strokeStyle = this.theme.palette.trayMark;
-    ctx.lineWidth = 1.5;
-    ctx.beginPath();
-    ctx.arc(px(x), py(y), reach, 0, 2 * Math.PI);
-    ctx.stroke();
-    this.#touch(px(x), py(y), reach + 2);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {Flash} flash */

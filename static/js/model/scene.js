@@ -9,7 +9,6 @@
  * @property {BinHit[]} hits bins hit a moment ago
  * @property {Point[][]} paths whole paths
  * @property {number | null} aim x at which the next ball would start
- * @property {number | null} chosen id of the ball whose figures are shown
  * @property {Streak[]} [streaks] paths of balls shown at instant pace
  * @property {Parting | null} [fork] the path of a second ball, which started a tiny distance away and
  *   took another way
@@ -35,5 +34,5 @@
 
 /** @returns {Scene} */
 export function emptyScene() {
-  return { balls: [], flashes: [], hits: [], paths: [], aim: null, chosen: null };
+  return { balls: [], flashes: [], hits: [], paths: [], aim: null };
 }

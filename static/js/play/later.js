@@ -30,8 +30,8 @@ export function loadLater(game, theme, screen) {
     return filled;
   };
   const loadLab = async () => {
-    const lab = await import("./panels/instruments.js").catch(() => null);
-    if (lab) screen.instruments ??= new lab.InstrumentPanel(game, theme);
+    const lab = await import("./panels/fit.js").catch(() => null);
+    if (lab) screen.instruments ??= new lab.FitMeter(game);
     return lab !== null;
   };
   /** @param {string} drawer */

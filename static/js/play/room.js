@@ -263,7 +263,7 @@ export class Room {
     const held = this.#last !== null && this.#last.key === hello.key;
     this.settle(Number.POSITIVE_INFINITY, null); // the table before, whose landings have all arrived
     const { table, clock } = this.#enter(hello, solve);
-    if (table.growsWhenDrawn && table.awake) clock.observe(hello.tick, performance.now());
+    if (table.solve && table.awake) clock.observe(hello.tick, performance.now());
     const pending = this.own.enter(hello, table, held);
     const open = this.wallet.open.filter(({ room }) => room === this.id);
     for (const session of this.own.adopt(open)) this.news.tell("behind", session);
@@ -433,7 +433,6 @@ export class Room {
     this.#snapshot = decodeSnapshot(bytes, scale, this.tick ?? hello.tick, this.#snapshot);
     this.tick = this.#snapshot.tick;
     table.applySnapshot(this.#snapshot);
-    this.news.tell("snapshot", null);
     clock.observe(this.tick, performance.now());
     this.news.tell("picture", null);
   }

@@ -38,7 +38,6 @@
  * @property {SessionState} rejoined a session was resumed after a reconnect
  * @property {string} behind a session in which drops were accepted or have ended without this page
  * @property {{session: string, drop: number, payout: number}} corrected the server paid another sum than computed
- * @property {null} snapshot a snapshot with new positions has arrived
  */
 
 /** Kinds of events that tell a state: who subscribes later receives the last one at once. @type {(keyof News)[]} */

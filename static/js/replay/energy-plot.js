@@ -1,6 +1,5 @@
 // The plot of the ball's energy over time, and its alternative text. Pure.
 
-import { energyAreas } from "../instruments/energy-areas.js";
 import { energyOf } from "../model/impact.js";
 import { t } from "../texts/text.js";
 import { fixed } from "../util/format.js";
@@ -13,15 +12,29 @@ import { figure, prefixed } from "../util/scale.js";
 const POINTS = 400;
 
 /**
+ * The energies of height, motion and spin as stacked areas, and their total.
  * @param {Motion} motion
  * @param {boolean} withHeight whether to include the potential energy
  * @returns {Plot}
  */
 export function energyPlot(motion, withHeight) {
   const rows = samples(motion).map((row) => (withHeight ? row : { ...row, height: 0 }));
+  const most = rows.reduce((top, { height, moving, turning }) => Math.max(top, height + moving + turning), 1e-9);
+  const { unit, per } = prefixed(most, "J");
+  /** @param {(row: typeof rows[0]) => number} value */
+  const level = (value) => rows.map((row) => ({ x: row.t, y: per * value(row) }));
+  const height = level((row) => row.height);
+  const moving = level((row) => row.height + row.moving);
+  const total = level((row) => row.height + row.moving + row.turning);
   return {
     x: { from: 0, to: motion.duration, unit: "s" },
-    ...energyAreas(rows),
+    y: { from: 0, to: per * most, unit },
+    series: [
+      { points: height, base: level(() => 0), colour: "other", alpha: 0.45 },
+      { points: moving, base: height, colour: "trayBar", alpha: 0.9 },
+      { points: total, base: moving, colour: "ball" },
+      { points: total, colour: "trayMark", width: 1.5 },
+    ],
     events: motion.events.map(({ t }) => t),
   };
 }

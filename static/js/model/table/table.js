@@ -97,11 +97,6 @@ export class Table {
     }
   }
 
-  /** Whether paths grow when the table is drawn, instead of when messages arrive. */
-  get growsWhenDrawn() {
-    return this.solve !== null;
-  }
-
   /** @param {Accepted | BriefAccepted} event @param {boolean} mine @returns {Ball} */
   accept(event, mine) {
     const from = event.tick / this.rate;

@@ -1,5 +1,4 @@
-// The pointer on the board: above the pegs it aims and drops; below it picks a ball to measure; over a bin it shows the
-// bin's odds.
+// The pointer on the board: above the pegs it aims and drops; over a bin it shows the bin's odds.
 
 import { aimAt } from "./aim.js";
 
@@ -8,10 +7,10 @@ import { aimAt } from "./aim.js";
 
 /**
  * Listens to a board's canvas.
- * @param {Game} game @param {BoardView} view @param {(x: number, y: number) => void} onPick m
+ * @param {Game} game @param {BoardView} view
  * @returns {() => number | null} the aim under the pointer, m
  */
-export function followPointer(game, view, onPick) {
+export function followPointer(game, view) {
   /** @type {number | null} */
   let hover = null;
   const { moving } = view;
@@ -42,9 +41,7 @@ export function followPointer(game, view, onPick) {
   };
   for (const kind of /** @type {const} */ (["pointermove", "pointerdown"])) moving.addEventListener(kind, overBins);
   moving.addEventListener("click", (event) => {
-    const place = view.aimOf(event);
-    if (place?.above) game.drop(aim(event) ?? undefined);
-    else if (place) onPick(place.x, place.y);
+    if (view.aimOf(event)?.above) game.drop(aim(event) ?? undefined);
   });
   return () => hover;
 }

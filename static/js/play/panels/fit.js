@@ -35,12 +35,17 @@ export class FitMeter {
   /** The recorded odds for the chosen aim. @type {Expected | null} */
   #record = null;
 
-  /** @param {Game} game @param {HTMLDetailsElement} panel nothing is measured while it is closed */
-  constructor(game, panel) {
+  /** Nothing is measured while this is closed. */
+  panel = byId("measure", HTMLDetailsElement);
+
+  /** @param {Game} game */
+  constructor(game) {
     this.game = game;
-    this.panel = panel;
     onChoice("against", () => this.#choose());
-    panel.addEventListener("toggle", () => { if (panel.open) this.#choose(); });
+    this.panel.addEventListener("toggle", () => {
+      if (this.panel.open) this.#choose();
+      game.tell("picture", null);
+    });
     game.on("table", ({ hello }) => {
       // A reconnect to the same board keeps the choice.
       if (hello.board_digest === this.#table?.board_digest) return;
@@ -96,6 +101,7 @@ export class FitMeter {
    * @returns {boolean} whether to call it again soon
    */
   show(counts, nowMs) {
+    if (!this.panel.open || !this.#table) return false;
     const own = this.game.account.scores;
     const state = `${counts.join()} ${own.count} ${this.expected?.label}`;
     if (state === this.#told) return false;
@@ -123,8 +129,7 @@ export class FitMeter {
 
   /** @param {number[]} counts @param {Mean} own */
   #showReturns(counts, own) {
-    if (!this.#table) return;
-    const { multipliers } = this.#table.board.bins;
+    const multipliers = this.#table?.board.bins.multipliers ?? [];
     const table = new Mean();
     counts.forEach((count, bin) => table.add(multipliers[bin], count));
     byId("returns").replaceChildren(row(t("lab.yours"), own), row(t("lab.tables"), table));

@@ -18,7 +18,7 @@ import { offerDemo } from "./demo.js";
 /** @import { Table } from "../../model/table/table.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Game } from "../game.js" */
-/** @import { InstrumentPanel } from "../panels/instruments.js" */
+/** @import { FitMeter } from "../panels/fit.js" */
 /** @import { Show } from "./show.js" */
 
 /** Everything drawn and played of a room. */
@@ -27,7 +27,7 @@ export class BoardScreen {
   #still = window.matchMedia("(prefers-reduced-motion: reduce)");
   /** Loaded with the first ball. @type {Show | null} */
   #show = null;
-  /** Measures once the Lab has been opened. @type {InstrumentPanel | null} */
+  /** Measures once the Lab has been opened. @type {FitMeter | null} */
   instruments = null;
 
   /** @param {Game} game @param {Theme} theme */
@@ -48,7 +48,7 @@ export class BoardScreen {
     this.watch = showNotices(game, theme);
     this.demo = offerDemo(game);
     this.sound = offerSound(game);
-    this.hover = followPointer(game, this.view, (x, y) => this.instruments?.pick(x, y));
+    this.hover = followPointer(game, this.view);
     this.#subscribe(wake);
     theme.onChange(() => {
       this.view.repaint();
@@ -116,7 +116,6 @@ export class BoardScreen {
     room.settle(still ? Number.POSITIVE_INFINITY : t, now);
     const demo = this.demo(now, table, still);
     const scene = demo ?? table?.sceneAt(t, now / 1000) ?? emptyScene();
-    if (table?.growsWhenDrawn) instruments?.ball.measure();
     if (table) this.sound.sound()?.hear(table.heard, t);
     this.watch();
     const showing = this.#show?.dress(scene, now) ?? false;
@@ -124,7 +123,6 @@ export class BoardScreen {
     const way = table?.lastTrace?.points();
     if (still) Object.assign(scene, { balls: [], flashes: [], paths: way ? [way] : [] });
     scene.aim = this.hover() ?? game.choice.aim;
-    scene.chosen = instruments?.open ? instruments.ball.chosen : null;
     view.draw(scene);
     const tray = this.tray.show(now, still);
     const measuring = instruments?.show(this.tray.histogram.counts, now) ?? false;
