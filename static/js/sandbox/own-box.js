@@ -3,8 +3,6 @@
 
 import { GRAVITY, RESTITUTION } from "../model/worlds.js";
 import { getJson, messageOf } from "../net/api.js";
-import { diagnose } from "../solver/touching/diagnostics.js";
-import { extentOf } from "../solver/touching/static-shapes.js";
 import { isTooMuch, isWithin, MOST_BALLS, MOST_OVERLAPS, SCENES, sceneOf } from "../solver/touching/values.js";
 import { TICK_RATE, World } from "../solver/touching/world.js";
 import { t } from "../texts/text.js";
@@ -83,7 +81,7 @@ export class OwnBox {
     if (this.#grabbed !== null && this.#grabbed !== ball) this.letGo();
     if (!this.world.has(ball)) return;
     this.#grabbed = ball;
-    const [x0, x1, y0, y1] = extentOf(this.world.arena.place);
+    const [x0, x1, y0, y1] = this.world.arena.extent;
     const [atX, atY] = [clamped(x, x0, x1), clamped(y, y0 - 2, y1)];
     this.#carryOut({ type: "drag", ball, x: atX, y: atY });
   }
@@ -191,7 +189,7 @@ export class OwnBox {
     const { tick, arena } = this.world;
     if (!this.#watching || (this.#measured && tick - this.#measured < MEASURED_TICKS)) return;
     this.#measured = tick;
-    this.listener.onEvent({ type: "diagnostics", ...diagnose(arena) });
+    this.listener.onEvent({ type: "diagnostics", ...arena.diagnostics() });
   }
 
   // Inputs.
@@ -318,7 +316,7 @@ export class OwnBox {
   /** @returns {BoxHello} */
   #hello() {
     const { arena, scene } = this.world;
-    const [x_min, x_max, y_min, y_max] = extentOf(arena.place);
+    const [x_min, x_max, y_min, y_max] = arena.extent;
     const kinds = [...this.made.values()];
     return {
       room: "", board: null, board_name: "", extent: { x_min, x_max, y_min, y_max },

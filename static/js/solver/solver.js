@@ -13,8 +13,7 @@ import { bytesOf } from "./encoding/beside.js";
 import { boardDigest } from "./digest.js";
 import { Drop } from "./drop.js";
 import { Kernels } from "./kernels.js";
-import { seedOf } from "./seed.js";
-import { startOf, startsOf } from "./start.js";
+import { seedOf, startOf, startsOf } from "./seed.js";
 
 const KERNELS = new URL("kernels.wasm", import.meta.url);
 

@@ -12,48 +12,37 @@ import { startThread } from "./threads.js";
 
 /** A running batch. */
 export class Batch {
+  cancel = () => {};
+
   /**
    * @param {Asked} asked
    * @param {(tally: Tally) => void} onProgress
    */
   constructor(asked, onProgress) {
-    const { promise, resolve, reject } = deferred();
-    /** The final tally; after `cancel` the last one, or null if no drop was done. */
-    this.done = promise;
-    /** @type {Tally | null} */
-    let last = null;
-    /** @param {string | undefined} reason */
-    const fail = (reason) => {
-      thread.end();
-      reject(new Error(reason || "the worker could not be started"));
-    };
-    this.cancel = () => {
-      thread.end();
-      resolve(last);
-    };
-    const thread = startThread((data) => {
-      const { tally, error } = /** @type {Told} */ (data);
-      if (!tally) {
-        fail(error);
-        return;
-      }
-      last = tally;
-      onProgress(tally);
-      if (tally.drops >= asked.drops) this.cancel();
-    }, fail);
-    thread.send(asked);
+    /** The final tally; after `cancel` the last one, or null if no drop was done. @type {Promise<Tally | null>} */
+    this.done = new Promise((resolve, reject) => {
+      /** @type {Tally | null} */
+      let last = null;
+      /** @param {string | undefined} reason */
+      const fail = (reason) => {
+        thread.end();
+        reject(new Error(reason || "the worker could not be started"));
+      };
+      this.cancel = () => {
+        thread.end();
+        resolve(last);
+      };
+      const thread = startThread((data) => {
+        const { tally, error } = /** @type {Told} */ (data);
+        if (!tally) {
+          fail(error);
+          return;
+        }
+        last = tally;
+        onProgress(tally);
+        if (tally.drops >= asked.drops) this.cancel();
+      }, fail);
+      thread.send(asked);
+    });
   }
-}
-
-function deferred() {
-  /** @type {(tally: Tally | null) => void} */
-  let resolve = () => {};
-  /** @type {(error: Error) => void} */
-  let reject = () => {};
-  /** @type {Promise<Tally | null>} */
-  const promise = new Promise((kept, broken) => {
-    resolve = kept;
-    reject = broken;
-  });
-  return { promise, resolve, reject };
 }

@@ -1,8 +1,8 @@
 // Balls that touch each other, advanced by the engine's kernels. It corresponds to
 // engine/multibody/arena.py: the same inputs at the same steps give the same bits.
 
+import { floats } from "../machine.js";
 import { BallTable, LANDED, LEFT, noPairs } from "./ball-table.js";
-import { staticShapes } from "./static-shapes.js";
 
 /** @import { Grid, Machine, Value } from "../machine.js" */
 /** @import { BallValues } from "./ball-table.js" */
@@ -22,6 +22,7 @@ const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [1, 2, 3]; // of counts
  */
 
 /** @typedef {{contacts: number, penetration: number}} Overlap penetration: the deepest, m */
+/** @typedef {[number, number, number, number]} Corners x_min, x_max, y_min, y_max in m */
 
 /** Balls among fixed pegs and walls. */
 export class Arena {
@@ -139,6 +140,31 @@ export class Arena {
     return { contacts, penetration };
   }
 
+  /** @returns {Corners} of the box around pegs, walls and bins */
+  get extent() {
+    return extentOf(this.place);
+  }
+
+  /** Energies in J (potential: zero at y = 0), momenta in kg m/s and kg m²/s, penetration in m. */
+  diagnostics() {
+    const { table, settings } = this;
+    const sum = { kinetic: 0, potential: 0, rotational: 0, px: 0, py: 0, angular: 0, asleep: 0 };
+    for (let row = 0; row < table.n; row += 1) {
+      const [x, y, , radius] = table.pos.subarray(4 * row, 4 * row + 4);
+      const [vx, vy, rimSpeed, inverseMass] = table.vel.subarray(4 * row, 4 * row + 4);
+      const mass = 1 / inverseMass;
+      sum.kinetic += 0.5 * mass * (vx * vx + vy * vy);
+      sum.potential -= settings.gravity * mass * y;
+      sum.rotational += 0.25 * mass * rimSpeed * rimSpeed;
+      sum.px += mass * vx;
+      sum.py += mass * vy;
+      sum.angular += mass * (x * vy - y * vx + 0.5 * radius * rimSpeed);
+      if (table.isAsleep(row)) sum.asleep += 1;
+    }
+    const total = sum.kinetic + sum.potential + sum.rotational;
+    return { ...sum, total, ...this.overlap(), count: table.n, time: this.time };
+  }
+
   /** @returns {Value[]} arguments for the kernels */
   #solverSettings() {
     const { gravity, drag, damping, correction, dt, substeps } = this.settings;
@@ -172,4 +198,36 @@ function roundHalfEven(value) {
   const over = value - down;
   if (over !== 0.5) return Math.round(value);
   return down % 2 === 0 ? down : down + 1;
+}
+
+/** @param {Place} place @returns {Corners} of the box around all parts */
+function extentOf({ pegs, walls, bins }) {
+  const xs = walls.flatMap(({ x1, x2 }) => [x1, x2]);
+  const ys = walls.flatMap(({ y1, y2 }) => [y1, y2]);
+  for (const { x, y, radius } of pegs) {
+    xs.push(x - radius, x + radius);
+    ys.push(y - radius, y + radius);
+  }
+  if (bins) {
+    xs.push(bins.edges[0], /** @type {number} */ (bins.edges.at(-1)));
+    ys.push(bins.y);
+  }
+  const least = (/** @type {number[]} */ values) => values.reduce((one, other) => Math.min(one, other));
+  const most = (/** @type {number[]} */ values) => values.reduce((one, other) => Math.max(one, other));
+  return xs.length ? [least(xs), most(xs), least(ys), most(ys)] : [0, 0, 0, 0];
+}
+
+/**
+ * The pegs and walls as the kernels take them, with the grid that finds them.
+ * @param {Machine} machine @param {Place} place
+ * @returns {Value[]} arguments for the kernels
+ */
+function staticShapes(machine, place) {
+  const { pegs, walls, peg_material: ofPegs, wall_material: ofWalls, bins } = place;
+  return machine.run("plinko.engine.multibody.solver.static_grid.lay_out_shapes", [
+    floats(pegs.flatMap(({ x, y, radius }) => [x, y, radius]), pegs.length, 3),
+    floats(walls.flatMap(({ x1, y1, x2, y2 }) => [x1, y1, x2, y2]), walls.length, 4),
+    ofPegs.restitution, ofPegs.friction, ofWalls.restitution, ofWalls.friction, ...extentOf(place),
+    bins?.y ?? Infinity,
+  ]);
 }
