@@ -1,10 +1,7 @@
 // A board with marks, on four canvases: the board, marks under the balls, the balls, marks over them.
 
-import { ratioOf } from "../paint/geometry.js";
 import { fitted } from "../util/canvas.js";
 import { byId } from "../util/dom.js";
-import { describeBoard } from "./alternative-text.js";
-import { announceShape } from "./shape.js";
 import { BoardView } from "./view.js";
 
 /** @import { Board } from "../model/board.js" */
@@ -37,9 +34,7 @@ export class Stage {
 
   /** @param {Board} board */
   setBoard(board) {
-    announceShape(ratioOf(board));
     this.view.setBoard(board, board.drop.slots ?? []);
-    byId("board-moving").setAttribute("aria-label", describeBoard(board));
   }
 
   /**

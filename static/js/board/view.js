@@ -1,12 +1,14 @@
 // A board on two canvases: one for what never moves, one that is redrawn only where something moved.
 
-import { placeOf } from "../model/worlds.js";
+import { boardWords, placeOf } from "../model/worlds.js";
 import { ALL_GROUNDS, paintBoard } from "../paint/board.js";
-import { layOut } from "../paint/geometry.js";
+import { layOut, ratioOf } from "../paint/geometry.js";
+import { t } from "../texts/text.js";
 import { contextOf } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
+import { multiplier } from "../util/format.js";
 import { ScenePainter } from "./scene-painter.js";
-import { StageFit } from "./stage-fit.js";
+import { announceShape, StageFit } from "./stage-fit.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Scene } from "../model/scene.js" */
@@ -52,6 +54,8 @@ export class BoardView {
   setBoard(board, slots) {
     this.geometry = null;
     this.#painter = null;
+    announceShape(ratioOf(board));
+    this.moving.setAttribute("aria-label", describeBoard(board));
     this.theme.enter(placeOf(board.name));
     this.#shown = { board, slots };
     // With all its backdrops the board is opaque. The browser then need not blend it with the page below.
@@ -136,4 +140,13 @@ function fit(canvas, { width, height }, density) {
   canvas.width = Math.round(width * density);
   canvas.height = Math.round(height * density);
   contextOf(canvas).setTransform(density, 0, 0, density, 0, 0);
+}
+
+/** @param {Board} board @returns {string} for screen readers */
+function describeBoard(board) {
+  const { multipliers } = board.bins;
+  const rows = new Set(board.pegs.map((peg) => peg.y.toFixed(6))).size;
+  const middle = multipliers[Math.floor(multipliers.length / 2)];
+  const [edge, inner] = [multipliers[0], middle].map(multiplier);
+  return t("page.board-picture", { name: boardWords(board.name), rows, bins: multipliers.length, edge, middle: inner });
 }

@@ -1,7 +1,6 @@
 // The edited board on two canvases: the board, and over it the marks of marks.js.
 
-import { announceShape } from "../board/shape.js";
-import { StageFit } from "../board/stage-fit.js";
+import { announceShape, StageFit } from "../board/stage-fit.js";
 import { paintBoard } from "../paint/board.js";
 import { layOut, ratioOf } from "../paint/geometry.js";
 import { fitted } from "../util/canvas.js";

@@ -63,7 +63,7 @@ function glossOf(ctx, radius, colours, { highlight, gloss: stops }) {
     highlight.x * radius, highlight.y * radius, highlight.radius * radius, 0, 0, radius,
   );
   for (const { at, colour, alpha } of stops) {
-    gloss.addColorStop(at, colours[colour] + hexByte(alpha));
+    gloss.addColorStop(at, colours[/** @type {"light" | "dark"} */ (colour)] + hexByte(alpha));
   }
   return gloss;
 }

@@ -2,54 +2,24 @@
 
 import { local } from "../util/storage.js";
 
-/** @typedef {Record<string, string>} Palette colour by name, as in theme.json */
-/** @typedef {{from: number, fill: string, ink: string}} PayoutColour for scores >= from */
-
 /**
+ * @typedef {typeof import("../../theme.json")} ThemeData
+ * @typedef {Record<string, string>} Palette colour by name
+ * @typedef {ThemeData["payout"][0]} PayoutColour for scores >= from
+ *
  * Measures for painting, in radii unless said otherwise.
- * @typedef {{across: number, down: number, alpha: number}} Shadow
- * @typedef {{x: number, y: number, radius: number}} Highlight
- * @typedef {{shadow: Shadow, highlight: Highlight, shade: {at: number, colour: string}[], mark?: Mark[]}} PegShape mark:
- *   shapes that paint/peg.js paints over the peg
+ * @typedef {ThemeData["shapes"]["ball"]} BallShape
+ * @typedef {ThemeData["shapes"]["peg"] & {mark?: Mark[]}} PegShape mark: shapes that paint/peg.js paints over the peg
  * @typedef {{shape: "disc" | "ring" | "stripe" | "line", at: number[], colour: string, alpha: number}} Mark
  *   at, by shape: x, y and radius; radius and width; y and height; both ends and width
- * @typedef {{band: number, shadow: Shadow, highlight: Highlight,
- *   gloss: {at: number, colour: "light" | "dark", alpha: number}[]}} BallShape
- * @typedef {{metres: number, least: number, shade: number[]}} RailShape least: CSS pixels
+ * @typedef {ThemeData["shapes"]["rail"]} RailShape least: CSS pixels
+ * @typedef {Omit<ThemeData["shapes"], "peg"> & {peg: PegShape}} Shapes of the trail, only the player's own balls have a
+ *   core; box: in CSS pixels, except `metres`
  *
- * @typedef {object} Shapes
- * @property {number} rays
- * @property {PegShape} peg
- * @property {BallShape} ball
- * @property {{width: number, alpha: number, core: {width: number, alpha: number, part: number}}} trail part:
- *   of the trail's length; only the player's own balls have a core
- * @property {RailShape} rail
- * @property {{pad: number, metres: number, least: number, most: number}} box in CSS pixels, except `metres`
- *
- * @typedef {{x: number, y: number, size: number, colours: string[]}} Planet colours: from the lit side to the dark one
- * @typedef {object} Grounds measures for paint/ground.js
- * @property {number} step
- * @property {{plate: {count: number, least: number, more: number, alpha: number,
- *   rim: {shift: number, size: number, alpha: number}}, around: {stars: number, planets: Planet[]}}} craters
- * @property {{plate: {count: number, top: number, reach: number, swell: number,
- *   ripple: {part: number, times: number}, alphas: number[]}, around: {stars: number, planets: Planet[]}}} dunes
- * @property {{plate: {top: number, between: number, thick: number[], alphas: number[],
- *   edges: {swell: number, times: number, shift: number}[],
- *   spot: {x: number, y: number, across: number, down: number, colour: string, rings: number[][]}},
- *   around: {stars: number, planets: Planet[]}}} bands
- * @property {{plate: {beams: number, side: number, slant: number, alpha: number, line: number},
- *   around: {beams: number}, beams: {slant: number, dim: number, at: number[][]}}} panes
- * @property {{plate: {every: number, alphas: number[], seams: number[], seam: {high: number, alpha: number},
- *   rivets: {count: number, above: number, size: number, alpha: number}}, around: {stripe: number}}} plates
- * @property {{plate: {y: number, circle: number, goal: number, line: number, alpha: number},
- *   around: {y: number, reach: number, high: number, bounces: number, nearer: number, lower: number, line: number,
- *   dash: number}}} court
- *
+ * @typedef {ThemeData["grounds"]} Grounds measures for paint/ground.js
+ * @typedef {Grounds["craters"]["around"]["planets"][0]} Planet colours: from the lit side to the dark one
  * @typedef {{ground: string, palette: Palette, peg: Partial<PegShape>}} Place the changes that a world makes to the
  *   look; ground: its backdrop
- * @typedef {{light: Palette, dark: Palette, payout: PayoutColour[], shapes: Shapes, places: Record<string, Place>,
- *   grounds: Grounds}}
- *   ThemeData theme.json
  *
  * @typedef {object} Look everything that painting a board needs
  * @property {Palette} palette
@@ -180,7 +150,7 @@ export class Theme {
  * @returns {Look}
  */
 export function lookOf(data, palette, place) {
-  const own = place === null ? null : data.places[place];
+  const own = place === null ? null : /** @type {Record<string, Place>} */ (data.places)[place];
   return {
     palette: { ...palette, ...own?.palette },
     shapes: { ...data.shapes, peg: { ...data.shapes.peg, ...own?.peg } },

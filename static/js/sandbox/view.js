@@ -1,7 +1,6 @@
 // Draws the box on two canvases: one for what never moves, one for the balls and the pointer's aim.
 
-import { announceShape } from "../board/shape.js";
-import { StageFit } from "../board/stage-fit.js";
+import { announceShape, StageFit } from "../board/stage-fit.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
 import { shaded } from "../paint/stamps.js";
 import { contextOf, disc } from "../util/canvas.js";

@@ -1,10 +1,7 @@
 // Shows a room to an audience: the board as large as possible, the last winners, the leaders. Nothing to click.
 
-import { describeBoard } from "../board/alternative-text.js";
-import { announceShape } from "../board/shape.js";
 import { BoardView } from "../board/view.js";
 import { emptyScene } from "../model/scene.js";
-import { ratioOf } from "../paint/geometry.js";
 import { FairPlay } from "../play/fairness/fair-play.js";
 import { called, paidMark, swatch } from "../play/panels/list-marks.js";
 import { Room } from "../play/room.js";
@@ -108,9 +105,7 @@ export class Show {
     if (this.#digest !== digest) {
       this.#digest = digest;
       document.title = t("stage.title-board", { board: board.name });
-      announceShape(ratioOf(board));
       this.view.setBoard(board, slots);
-      this.view.moving.setAttribute("aria-label", describeBoard(board));
       this.#leaders.clear();
       this.room.visitors.landings = [];
       this.#list();

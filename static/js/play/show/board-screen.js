@@ -1,10 +1,7 @@
 // Draws the room and plays its sound while something moves: board, balls, trails, tray, and the light of a landing.
 
 import { BoardView } from "../../board/view.js";
-import { describeBoard } from "../../board/alternative-text.js";
-import { announceShape } from "../../board/shape.js";
 import { emptyScene } from "../../model/scene.js";
-import { ratioOf } from "../../paint/geometry.js";
 import { byId } from "../../util/dom.js";
 import { FrameLoop } from "../../util/frame-loop.js";
 import { followPointer } from "../desk/pointer.js";
@@ -82,9 +79,7 @@ export class BoardScreen {
     // After a reconnect the board is usually the same.
     if (this.#digest !== digest) {
       this.#digest = digest;
-      announceShape(ratioOf(board));
       this.view.setBoard(board, slots);
-      this.view.moving.setAttribute("aria-label", describeBoard(board));
     }
     table.tracing = this.#still.matches;
     histogram.setBoard(board, hello.stats.histogram, expected);
