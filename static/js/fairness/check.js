@@ -262,20 +262,29 @@ class Check {
 
   /** @param {Receipt} receipt @param {{boardDigest: string, bin: number | null}} landed @returns {AsyncGenerator<Step>} */
   async* #start({ drop, seed, aim }, { boardDigest, bin }) {
+    const picked = await this.#pick(drop, boardDigest);
+    if (picked === null) return;
+    if (picked.bin === null) {
+      yield same("start", "step.start", seed, picked.seed, drop);
+      return;
+    }
+    yield same("start", "step.drawn", [seed, aim], [picked.seed, null], drop);
+    yield same("drawn-bin", "step.drawn-bin", bin, picked.bin, drop);
+  }
+
+  /**
+   * @param {number} drop @param {string} boardDigest
+   * @returns {Promise<{seed: string, bin: number | null} | null>} bin: in a draw; null while a secret is closed
+   */
+  async #pick(drop, boardDigest) {
     const { server_seed: server, client_seed: client, draw } = this.#session;
-    if (server === null || client === null) return;
+    if (server === null || client === null) return null;
     const known = {
       server: bytesOfHex(server, "server-seed"),
       client: bytesOfHex(client, "client-seed"),
       board: bytesOfHex(boardDigest, "board"),
     };
-    if (draw === undefined) {
-      yield same("start", "step.start", seed, await dropSeed(known, drop), drop);
-      return;
-    }
-    const picked = await drawn(draw, known, drop);
-    yield same("start", "step.drawn", [seed, aim], [picked.seed, null], drop);
-    yield same("drawn-bin", "step.drawn-bin", bin, picked.bin, drop);
+    return draw === undefined ? { seed: await dropSeed(known, drop), bin: null } : drawn(draw, known, drop);
   }
 
   /** Checks that a receipt the player received is in the export. @param {SignedReceipt} heard @returns {Promise<Step>} */
@@ -287,24 +296,14 @@ class Check {
       return { name: "heard", ok: false, text: "step.heard-receipt", said: index,
         found: null, drop: number };
     }
-    const there = this.#session.drops[number];
-    const drawnSeed = there ? null : await this.#voidSeed(number);
-    if (drawnSeed !== null) return same("heard", "step.heard-void", receipt.seed, drawnSeed, number);
+    const { drops, end, board } = this.#session;
+    const there = drops[number];
+    // A drop that a restore lost is not there, but its seed can be computed.
+    const lost = !there && end?.statement.void !== undefined
+      ? await this.#pick(number, this.#tools.solver.drop(board, { seed: 0 }).boardDigest) : null;
+    if (lost) return same("heard", "step.heard-void", receipt.seed, lost.seed, number);
     return same("heard", "step.heard", [receipt, index, root],
       there ? [there.receipt, there.index, there.root] : null, number);
-  }
-
-  /** @param {number} drop @returns {Promise<string | null>} the seed of a drop that a restore lost; null if none did */
-  async #voidSeed(drop) {
-    const { end, server_seed: server, client_seed: client, draw, board } = this.#session;
-    if (end?.statement.void === undefined || server === null || client === null) return null;
-    const { boardDigest } = this.#tools.solver.drop(board, { seed: 0 });
-    const known = {
-      server: bytesOfHex(server, "server-seed"),
-      client: bytesOfHex(client, "client-seed"),
-      board: bytesOfHex(boardDigest, "board"),
-    };
-    return draw === undefined ? dropSeed(known, drop) : (await drawn(draw, known, drop)).seed;
   }
 }
 

@@ -10,10 +10,8 @@ const MAX_TEXT = 4_000_000; // bytes of JSON; protects against links that unpack
 
 /** @param {Board} board @returns {Promise<string>} letters, digits, - and _ */
 export async function packBoard(board) {
-  const text = new TextEncoder().encode(JSON.stringify(board));
-  const packed = await through(text, new CompressionStream("deflate-raw"));
-  let binary = "";
-  for (const byte of packed) binary += String.fromCharCode(byte);
+  const packed = await through(JSON.stringify(board), new CompressionStream("deflate-raw"));
+  const binary = Array.from(packed, (byte) => String.fromCharCode(byte)).join("");
   return btoa(binary).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
 }
 
@@ -41,42 +39,19 @@ export function boardInHash(hash) {
 }
 
 /**
- * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {BlobPart} content
  * @param {CompressionStream | DecompressionStream} transform
- * @param {number} [limit]
+ * @param {number} [limit] of the result, bytes
  */
-async function through(bytes, transform, limit = Number.POSITIVE_INFINITY) {
-  const writer = transform.writable.getWriter();
-  // Reading reports an error in the data. Without the catch, writing would report it a second time.
-  writer.write(bytes).catch(() => {});
-  writer.close().catch(() => {});
-  /** @type {Uint8Array[]} */
-  const chunks = [];
+async function through(content, transform, limit = Number.POSITIVE_INFINITY) {
   let size = 0;
-  for await (const chunk of streamOf(transform.readable)) {
-    chunks.push(chunk);
-    size += chunk.length;
-    if (size > limit) throw new RangeError(`more than ${limit} bytes`);
-  }
-  const whole = new Uint8Array(size);
-  let at = 0;
-  for (const chunk of chunks) {
-    whole.set(chunk, at);
-    at += chunk.length;
-  }
-  return whole;
-}
-
-/** Iterates a stream, which not every browser can do itself. @param {ReadableStream<Uint8Array>} readable */
-async function* streamOf(readable) {
-  const reader = readable.getReader();
-  try {
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return;
-      yield value;
-    }
-  } finally {
-    await reader.cancel();
-  }
+  const count = new TransformStream({
+    transform(chunk, out) {
+      size += chunk.length;
+      if (size > limit) throw new RangeError(`more than ${limit} bytes`);
+      out.enqueue(chunk);
+    },
+  });
+  const whole = new Response(new Blob([content]).stream().pipeThrough(transform).pipeThrough(count));
+  return new Uint8Array(await whole.arrayBuffer());
 }
