@@ -159,18 +159,18 @@ format: $(VENV)/.stamp-lint
 
 # Updates the output and pictures of the examples in the README and docs/pictures.md.
 readme: $(VENV)/.stamp-test
-	$(BIN)/python -m tests.repository.reference
-	$(BIN)/python -m tests.repository.board_form
-	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.readme
+	$(BIN)/python -m tools.reference
+	$(BIN)/python -m tools.board_form
+	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tools.readme
 
 # Draws docs/images/architecture.svg from the import contract.
 architecture: $(VENV)/.stamp-test
-	$(BIN)/python -m tests.repository.architecture
+	$(BIN)/python -m tools.architecture
 
 # Takes new screenshots of the pages, and updates docs/pictures.md, which takes a million drops.
 pictures: $(VENV)/.stamp-test
-	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tests.repository.photographs
-	$(BIN)/python -m tests.repository.readme docs/pictures.md
+	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tools.photographs
+	$(BIN)/python -m tools.readme docs/pictures.md
 
 # Writes engine/artifact/*.wasm and native/*, static/js/solver/kernels.wasm and
 # app/render/raster/pixels.wasm. A test fails when they are stale.

@@ -52,10 +52,10 @@ _Row = tuple[list[float], list[tuple[float, float]], list[float], int, float, bo
 def reference(board: Board, drops: int, effort: Effort) -> Reference:
     """Oracle drops of a board, from random starts in the drop zone with a fixed seed."""
     try:
-        importlib.import_module("tests.engine.oracle")
+        importlib.import_module("tools.oracle")
     except ImportError as error:
         raise MissingError(
-            f"the oracle is part of the checkout's tests and needs the bench group: {error}"
+            f"the oracle needs the bench group: {error}"
         ) from error
     zone = board.drop
     xs = np.random.default_rng(2026).uniform(zone.x - zone.jitter, zone.x + zone.jitter, drops)
@@ -80,7 +80,7 @@ def reference(board: Board, drops: int, effort: Effort) -> Reference:
 
 def _oracle(board_json: str, x: float) -> _Row:
     """One oracle drop, rounded to floats."""
-    from tests.engine.oracle import golden, oracle_drop
+    from tools.oracle import golden, oracle_drop
 
     board = Board.from_json(board_json)
     drop = oracle_drop(board, x, dps=DIGITS)

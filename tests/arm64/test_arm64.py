@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.golden import check
+from tools.golden import check
 
 
 @pytest.mark.long("it takes minutes, and packages from the network")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from plinko.engine import PHYSICS_VERSION
-from tests.golden import check, make
+from tools.golden import check, make
 
 ROOT = Path(__file__).parents[2]
 
@@ -61,7 +61,7 @@ def test_plain_python_gives_the_golden_digests() -> None:
     code = (
         "import sys, plinko.engine.exact.trace as exact\n"
         "assert not hasattr(exact.trace_many, 'function'), 'kernels are compiled'\n"
-        "from tests.golden import check\n"
+        "from tools.golden import check\n"
         "sys.exit(check.main(['--quick']))\n"
     )
     printed = run_python(code, NUMBA_DISABLE_JIT="1")

@@ -1,1 +1,1 @@
-"""Golden files (known good outputs), and the programs that make and compare them."""
+"""Golden files (known good outputs), and the program that makes the sessions among them."""

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tests.app.fairness.sessions import draw, honest, restored
-from tests.golden.lines import in_lines
+from tools.golden.lines import in_lines
 
 FILE = Path(__file__).with_name("session.json")
 DRAWN_FILE = Path(__file__).with_name("draw_session.json")

@@ -18,10 +18,10 @@ from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.stakes import payout_of
 from plinko.engine import Board, drop, drop_many
 from tests.app.rooms.logs import LOGS, OWN
-from tests.golden.check import SEEDS, golden
 from tests.kit.presets import SAMPLE
 from tests.long import tries
 from tests.outsider import checker, decoder
+from tools.golden.check import SEEDS, golden
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.repository.architecture import PICTURE, ROOT, draw, stacks
+from tools.architecture import PICTURE, ROOT, draw, stacks
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 NAMED = sorted(

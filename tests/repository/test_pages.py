@@ -11,7 +11,7 @@ from plinko.app.rooms.touching.scene import BALLS, DEFAULTS, SIDE, SPEED
 from plinko.app.rooms.touching.values import BALL, SETTINGS
 from plinko.engine import Board, BoardError
 from plinko.engine.board.form import names
-from tests.repository import board_form
+from tools import board_form
 
 DOCS = Path(__file__).parents[2] / "docs"
 

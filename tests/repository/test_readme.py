@@ -17,8 +17,8 @@ from plinko.app.fairness.seeds import draw_mac, drop_mac
 from plinko.app.rooms.canonical import canonical
 from plinko.engine import drop_many
 from tests.long import tries
-from tests.repository import reference
-from tests.repository.readme import (
+from tools import reference
+from tools.readme import (
     INDEX,
     PAGES,
     QUICKSTART,

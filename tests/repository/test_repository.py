@@ -86,7 +86,10 @@ def test_the_image_copies_what_the_wheel_is_made_of() -> None:
         assert f"!{name}" in ignored
 
 
-SCRIPTS = [ROOT / ".ci" / "run", *(path for path in ROOT.glob("tools/*") if not path.suffix)]
+SCRIPTS = [
+    ROOT / ".ci" / "run",
+    *(path for path in ROOT.glob("tools/*") if path.is_file() and not path.suffix),
+]
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)

@@ -13,9 +13,9 @@ import pytest
 
 from plinko import engine
 from plinko.engine.jit import native
-from tests.golden.check import golden
 from tests.repository.conftest import Installed
 from tests.repository.test_repository import PROJECT, ROOT
+from tools.golden.check import golden
 
 
 def test_the_wheel_has_engine_server_and_page_and_nothing_else(

@@ -17,10 +17,10 @@ from plinko.engine.certified.contact import spread as contact_spread
 from plinko.engine.certified.many import certify_many
 from plinko.engine.certified.surfaces import Pair
 from plinko.engine.drops.start import start_of
-from tests.engine.oracle import golden
-from tests.engine.oracle.random_scenes import random_scene
-from tests.engine.oracle.scenes import scene
 from tests.long import tries
+from tools.oracle import golden
+from tools.oracle.random_scenes import random_scene
+from tools.oracle.scenes import scene
 
 TRIANGLE = Board.preset("triangle-8")
 

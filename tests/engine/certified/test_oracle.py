@@ -6,9 +6,9 @@ from flint import arb
 from plinko.engine.board.model import Board
 from plinko.engine.certified.balls import precision
 from plinko.engine.certified.certify import Certificate, certify
-from tests.engine.oracle import golden
-from tests.engine.oracle.golden import GoldenDrop
 from tests.long import tries
+from tools.oracle import golden
+from tools.oracle.golden import GoldenDrop
 
 BOARDS = ("plain-12", "trial-8", "trial-16", "triangle-8", "triangle-12", "triangle-16")
 

@@ -11,8 +11,8 @@ from plinko.engine.certified.reach import NEVER, rebound_reach
 from plinko.engine.certified.scene import scene_of
 from plinko.engine.certified.trace import trace
 from plinko.engine.physics.flight import basis
-from tests.engine.oracle.random_scenes import random_scene
 from tests.long import tries
+from tools.oracle.random_scenes import random_scene
 
 
 def test_no_surface_is_touched_earlier_than_the_screen_says() -> None:

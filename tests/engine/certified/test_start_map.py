@@ -7,7 +7,7 @@ import pytest
 from plinko.engine import ParameterError, certify
 from plinko.engine.board.parts import Bins, Peg
 from plinko.engine.certified.start_map import DEEPEST, OUTSIDE, UNDECIDED, strip_at, widest
-from tests.engine.oracle.scenes import scene
+from tools.oracle.scenes import scene
 
 BOARD = scene(
     pegs=(Peg(0.0, 0.0, 0.05), Peg(-0.4, 0.6, 0.05), Peg(0.4, 0.6, 0.05)),

@@ -8,9 +8,9 @@ import pytest
 from plinko.engine import Board, ParameterError, certify, drop
 from plinko.engine.board.parts import Bins, Peg, Wall
 from plinko.engine.certified.certify import Certificate, Effort
-from tests.engine.oracle.scenes import scene
 from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
+from tools.oracle.scenes import scene
 
 QUICK = Effort(160, 1280, 20_000)
 RAMP = Wall(-2.0, 1.0, 2.0, 3.0)

@@ -12,8 +12,8 @@ from plinko.engine.drops.certainty import certainty_of
 from plinko.engine.drops.start import start_of
 from plinko.engine.drops.trajectory import at_start, follow
 from plinko.engine.parameters import Exact
-from tests.engine.oracle import golden, oracle_drop
-from tests.engine.oracle.scenes import accuracy_boards
+from tools.oracle import golden, oracle_drop
+from tools.oracle.scenes import accuracy_boards
 
 BLURRED = 1e8
 """Growth beyond which rounding of the path itself affects six digits of the tangent."""

@@ -33,7 +33,7 @@ from plinko.engine.physics import body
 from plinko.engine.physics.contact import new_series
 from plinko.engine.physics.surface import side_of
 from tests.engine.multibody.static_scenes import place
-from tests.engine.oracle.time_stepping import (
+from tools.oracle.time_stepping import (
     OPEN,
     Body,
     Contact,

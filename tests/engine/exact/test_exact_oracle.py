@@ -18,11 +18,11 @@ from plinko.engine.constants import (
     KIND_PEG,
     KIND_WALL,
 )
-from tests.engine.oracle import OracleDrop, golden, oracle_drop
-from tests.engine.oracle.golden import GoldenDrop
-from tests.engine.oracle.random_scenes import random_scene
-from tests.engine.oracle.scenes import accuracy_boards, scene
 from tests.long import tries
+from tools.oracle import OracleDrop, golden, oracle_drop
+from tools.oracle.golden import GoldenDrop
+from tools.oracle.random_scenes import random_scene
+from tools.oracle.scenes import accuracy_boards, scene
 
 mp = mpmath.MPContext()
 mp.dps = 60
@@ -70,7 +70,7 @@ def test_the_oracle_files_are_of_the_boards_as_they_are(name: str) -> None:
     head, drops = golden.load(name)
     board = accuracy_boards()[name]
     assert head["board_digest"] == board.digest, (
-        f"{name} has changed: run python -m tests.engine.oracle.make {name}"
+        f"{name} has changed: run python -m tools.oracle.make {name}"
     )
     assert [d.x for d in drops] == golden.starts(board, len(drops))
     assert len(drops) >= 40

@@ -17,9 +17,9 @@ from plinko.engine.constants import (
     KIND_PEG,
     KIND_WALL,
 )
-from tests.engine.oracle import Event, OracleDrop, OracleError, oracle_drop
-from tests.engine.oracle.scenes import scene
 from tests.long import tries
+from tools.oracle import Event, OracleDrop, OracleError, oracle_drop
+from tools.oracle.scenes import scene
 
 mp = mpmath.MPContext()
 mp.dps = 70

@@ -21,7 +21,7 @@ from plinko.engine.constants import (
     KIND_PEG,
     KIND_WALL,
 )
-from tests.engine.oracle.scenes import scene
+from tools.oracle.scenes import scene
 
 G = 9.81
 RADIUS = 0.1  # m, radius of the ball in the scenes

@@ -1,6 +1,6 @@
 """A ball on two surfaces does what the laws allow, by time steps that share no code with it.
 
-`corners.py` has the states, `tests/engine/oracle/time_stepping.py` the laws and the steps.
+`corners.py` has the states, `tools/oracle/time_stepping.py` the laws and the steps.
 """
 
 import json
@@ -30,7 +30,8 @@ from tests.engine.exact.corners import (
     spin,
     steps_agree,
 )
-from tests.engine.oracle.time_stepping import (
+from tests.long import tries
+from tools.oracle.time_stepping import (
     Body,
     Contact,
     Motion,
@@ -40,7 +41,6 @@ from tests.engine.oracle.time_stepping import (
     step,
     swept,
 )
-from tests.long import tries
 
 G = 9.81
 STATES = tries(100, 5000)

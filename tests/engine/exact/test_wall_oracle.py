@@ -13,14 +13,14 @@ from plinko.engine.drops.trajectory import at_start, follow
 from plinko.engine.parameters import Exact
 from plinko.engine.seeding import start_xs
 from tests.engine.exact.corners import Corner, holds
-from tests.engine.oracle import CUT, OracleDrop, oracle_drop
-from tests.engine.oracle.comparison import FELT, compare, compare_path
-from tests.engine.oracle.drop import Run
-from tests.engine.oracle.scene import Scene
-from tests.engine.oracle.scenes import scene
-from tests.engine.oracle.time_stepping import Velocity
 from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
+from tools.oracle import CUT, OracleDrop, oracle_drop
+from tools.oracle.comparison import FELT, compare, compare_path
+from tools.oracle.drop import Run
+from tools.oracle.scene import Scene
+from tools.oracle.scenes import scene
+from tools.oracle.time_stepping import Velocity
 
 SLOPE = Wall(-1.0, 0.0, 1.0, 0.5)
 

@@ -25,7 +25,7 @@ from plinko.engine.jit.decorator import EntryKernel, in_place
 from plinko.engine.multibody.scenes import sandbox
 from plinko.engine.physics import body
 from plinko.engine.physics.contact import new_series
-from tests.golden import check
+from tools.golden import check
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 

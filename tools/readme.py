@@ -1,4 +1,4 @@
-"""Runs the examples of pages: `python -m tests.repository.readme [PAGE…]` updates their output.
+"""Runs the examples of pages: `python -m tools.readme [PAGE…]` updates their output.
 
 A ```console block has commands (`$ ...`), each followed by its output. A ```python block is a
 program, and the ```text block after it is its output. Commands run in order in a temporary folder,
@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.kit.process import ServerProcess
-from tests.repository import photographs
+from tools import photographs
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 INDEX = ROOT / "docs" / "index.md"
 QUICKSTART = ROOT / "docs" / "quickstart.md"

@@ -22,7 +22,7 @@ from plinko.engine.drops.trajectory import Trajectory, at_start, follow
 from plinko.engine.exact.outcome import LANDED
 from plinko.engine.parameters import Exact
 from plinko.engine.physics import body
-from tests.engine.oracle.drop import NUDGE, OracleDrop, oracle_drop
+from tools.oracle.drop import NUDGE, OracleDrop, oracle_drop
 
 Floats = npt.NDArray[np.float64]
 

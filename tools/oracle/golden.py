@@ -1,6 +1,6 @@
 """What the committed oracle files hold of a drop, and how a solver's drop is held against it.
 
-A file per board, tests/golden/oracle/<name>.json, made by `python -m tests.engine.oracle.make`.
+A file per board, tests/golden/oracle/<name>.json, made by `python -m tools.oracle.make`.
 The numbers are decimal strings of 25 digits, more than a float64 can tell apart.
 """
 
@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from plinko.engine.board.model import Board
-from tests.engine.oracle.drop import CUT, Event, OracleDrop, oracle_drop
-from tests.engine.oracle.scene import Real
-from tests.golden.lines import in_lines
+from tools.golden.lines import in_lines
+from tools.oracle.drop import CUT, Event, OracleDrop, oracle_drop
+from tools.oracle.scene import Real
 
-FOLDER: Final = Path(__file__).parents[2] / "golden" / "oracle"
+FOLDER: Final = Path(__file__).parents[2] / "tests" / "golden" / "oracle"
 DPS: Final = 50
 SEED: Final = 20_240_607  # of the starts
 FIRST_EVENTS: Final = 8  # written out in full; of the later ones only what was hit
@@ -107,7 +107,7 @@ def compute(board: Board, x: float) -> GoldenDrop:
 def save(name: str, board: Board, drops: list[GoldenDrop]) -> Path:
     """Write the file of a board and return its path."""
     document = {
-        "about": "made by python -m tests.engine.oracle.make; do not edit",
+        "about": "made by python -m tools.oracle.make; do not edit",
         "dps": DPS,
         "cut": CUT,
         "seed": SEED,

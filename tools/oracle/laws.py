@@ -4,7 +4,7 @@ Sources: Goldsmith, Impact (1960), ch. 2; Brach, Mechanical Impact Dynamics (199
 A fixed body has no inverse mass; a disc has I = m R^2 / 2, so that R^2 m / I = 2.
 """
 
-from tests.engine.oracle.scene import Material, Real
+from tools.oracle.scene import Material, Real
 
 SPIN_TERM = 2  # R^2 m / I of a uniform disc
 

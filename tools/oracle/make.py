@@ -1,11 +1,11 @@
-"""Make the committed oracle files: python -m tests.engine.oracle.make [--drops N] [BOARD …]."""
+"""Make the committed oracle files: python -m tools.oracle.make [--drops N] [BOARD …]."""
 
 import argparse
 import sys
 import time
 
-from tests.engine.oracle import golden
-from tests.engine.oracle.scenes import accuracy_boards
+from tools.oracle import golden
+from tools.oracle.scenes import accuracy_boards
 
 
 def main() -> None:

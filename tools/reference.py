@@ -1,4 +1,4 @@
-"""Writes docs/python-reference.md from the sources: `python -m tests.repository.reference`.
+"""Writes docs/python-reference.md from the sources: `python -m tools.reference`.
 
 Each name has its arguments with types and defaults, its members, and their docstrings.
 """
@@ -15,7 +15,7 @@ from typing import Any
 
 import plinko
 
-PAGE = Path(__file__).parents[2] / "docs" / "python-reference.md"
+PAGE = Path(__file__).parents[1] / "docs" / "python-reference.md"
 WIDTH = 96
 
 GROUPS = {

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.engine.oracle.roots import OracleError, bracketed
-from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
+from tools.oracle.roots import OracleError, bracketed
+from tools.oracle.scene import Body, Circle, Face, Real, Scene
 
 _MAX_DEPTH = 400
 _SCREEN_MARGIN = 1e-9  # metres; float64 rounding of the screen is a millionth of this

@@ -1,4 +1,4 @@
-"""Writes the golden digests: python -m tests.golden.make [--initial]
+"""Writes the golden digests: python -m tools.golden.make [--initial]
 
 Refuses to change any digest under the same PHYSICS_VERSION: raise it in engine/constants.py and
 describe the change in CHANGELOG.md under 'Simulation results changed'. New boards may be added at
@@ -7,8 +7,8 @@ any time. --initial overwrites everything; use it only before anyone relies on a
 
 import sys
 
-from tests.golden import check
-from tests.golden.lines import in_lines
+from tools.golden import check
+from tools.golden.lines import in_lines
 
 
 def changed(old: check.Entry, new: check.Entry) -> list[str]:
@@ -30,8 +30,8 @@ def main(arguments: list[str]) -> int:
         old = check.golden()
         lines = changed(old, new) if old["physics_version"] == new["physics_version"] else []
         if lines:
-            print("\n".join(lines))  # noqa: T201 - a command prints
-            print("results changed: raise PHYSICS_VERSION first")  # noqa: T201
+            print("\n".join(lines))
+            print("results changed: raise PHYSICS_VERSION first")
             return 1
     check.FILE.write_text(in_lines(new), encoding="utf-8")
     return 0

@@ -5,7 +5,7 @@ import random
 
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Bins, Peg, Wall
-from tests.engine.oracle.scenes import scene
+from tools.oracle.scenes import scene
 
 _SIDE = 1.3  # m: distance of the upright side walls from the middle
 _SIDES = (Wall(-_SIDE, -1.2, -_SIDE, 2.2), Wall(_SIDE, -1.2, _SIDE, 2.2))

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from plinko.engine.constants import KIND_PEG
-from tests.engine.oracle.flight import Point
-from tests.engine.oracle.laws import SPIN_TERM, normal_force, rolling_force
-from tests.engine.oracle.roots import OracleError, deflated, first_fall, horner
-from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
+from tools.oracle.flight import Point
+from tools.oracle.laws import SPIN_TERM, normal_force, rolling_force
+from tools.oracle.roots import OracleError, deflated, first_fall, horner
+from tools.oracle.scene import Body, Circle, Face, Real, Scene
 
 _LONGEST_STEP = 0.25  # seconds
 _TRUST = 0.9  # share of the step at which the last terms of the series reach rounding

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from tests.engine.oracle.scene import Real
+from tools.oracle.scene import Real
 
 _MAX_STEPS = 2000
 _MAX_DEPTH = 400

@@ -17,7 +17,7 @@ from plinko.engine.constants import (
     KIND_LANDING,
     KIND_PEG,
 )
-from tests.engine.oracle.contact import (
+from tools.oracle.contact import (
     End,
     Riding,
     Stretch,
@@ -27,10 +27,10 @@ from tests.engine.oracle.contact import (
     settle,
     with_slip,
 )
-from tests.engine.oracle.flight import Flight, Point, first_hit
-from tests.engine.oracle.laws import SPIN_TERM, impact
-from tests.engine.oracle.roots import OracleError
-from tests.engine.oracle.scene import Body, Circle, Face, Real, Scene
+from tools.oracle.flight import Flight, Point, first_hit
+from tools.oracle.laws import SPIN_TERM, impact
+from tools.oracle.roots import OracleError
+from tools.oracle.scene import Body, Circle, Face, Real, Scene
 
 CUT: Final = 1e-8  # m/s: a slower rebound is taken as the beginning of a contact
 NUDGE: Final = 1e-25  # m: how far the second run of an amplification starts from the first

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from plinko.engine.board.form import FORM, Field
 
-FILE = Path(__file__).parents[2] / "static" / "js" / "solver" / "input" / "form.js"
+FILE = Path(__file__).parents[1] / "static" / "js" / "solver" / "input" / "form.js"
 
 SCRIPT = """\
 // The fields of a board's JSON form, in the order of its digest, with ranges and defaults.

@@ -1,4 +1,4 @@
-"""Takes the documentation's pictures of the pages: `python -m tests.repository.photographs`.
+"""Takes the documentation's pictures of the pages: `python -m tools.photographs`.
 
 Each picture shows what the page itself chose or computed; no bin or digest is fixed here.
 """
@@ -165,7 +165,7 @@ def keep(png: bytes, path: Path) -> None:
 
 def main() -> None:
     """Start a server and photograph the scenes named on the command line, or all."""
-    from tests.repository.readme import IMAGES, ROOT
+    from tools.readme import IMAGES, ROOT
 
     with ServerProcess("sqlite://") as server:
         take(server.url, ROOT / IMAGES, sys.argv[1:])
