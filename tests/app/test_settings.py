@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from plinko.app.errors import SettingError
-from plinko.app.settings import Settings, not_settings, options, static_directory, table
+from plinko.app.settings import Settings, not_settings, options, table
 from plinko.engine import Board, drop
 
 DOCS = Path(__file__).parents[2] / "docs" / "api.md"
@@ -125,10 +125,6 @@ def test_wrong_types_and_unknown_flags_are_refused() -> None:
 def test_the_table_has_every_setting_and_the_docs_the_table() -> None:
     assert [row.name for row in options()] == [field.name for field in dataclasses.fields(Settings)]
     assert table() in DOCS.read_text()
-
-
-def test_the_page_is_found() -> None:
-    assert static_directory().name == "static"
 
 
 def test_the_documented_drop_is_the_engines_own() -> None:

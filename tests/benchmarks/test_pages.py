@@ -50,18 +50,6 @@ def test_a_page_may_show_some_rows_and_columns_in_its_own_order(measured: Path) 
     assert lines == ["|who|m|", "|---|:|", "|b|4|", "|a|2|"]
 
 
-@pytest.mark.parametrize("choice", ["rows: c", "columns: x"])
-def test_a_row_or_a_column_that_is_not_recorded_is_named(choice: str, measured: Path) -> None:
-    with pytest.raises(MissingError, match=r"'Speed' has no \['[cx]'\]"):
-        shown(f"drop: Speed | {choice}", measured)
-
-
-@pytest.mark.parametrize(("name", "title"), [("drop", "Slow"), ("other", "Speed")])
-def test_a_page_says_which_table_is_not_measured_yet(name: str, title: str, measured: Path) -> None:
-    text = shown(f"{name}: {title}", measured)
-    assert f"*Not measured yet: `python -m benchmarks {name} --record`.*" in text
-
-
 def test_a_record_says_on_what_and_how_long(measured: Path) -> None:
     text = (measured / "drop.md").read_text()
     assert text.startswith("# Measured: drop\n\nBy `python -m benchmarks drop` in 3 s, on: ")

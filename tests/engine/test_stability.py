@@ -1,10 +1,6 @@
-"""Touching balls under stress: no NaN, escape, growth of energy, or hang.
-
-With LONG_TESTS=1 in the environment the scenes have their full sizes.
-"""
+"""Touching balls under stress: no NaN, escape, growth of energy, or hang."""
 
 import math
-import os
 
 import numpy as np
 import pytest
@@ -14,8 +10,7 @@ from plinko.engine.multibody.arena import Arena
 from plinko.engine.multibody.scenes import GRAVITY_PRESETS, sandbox
 from plinko.engine.multibody.settings import ArenaSettings
 from plinko.engine.multibody.static_geometry import StaticGeometry
-
-LONG = os.environ.get("LONG_TESTS") == "1"
+from tests.long import tries
 
 DEEPEST = 0.01
 """Allowed overlap after a frame, in radii; above 0.008 the solver pushes pairs apart."""
@@ -77,7 +72,7 @@ def test_a_mass_ratio_of_a_million(e: float, heavy_on_top: bool) -> None:
 def test_a_size_ratio_of_a_thousand() -> None:
     arena = Arena(StaticGeometry.box(2.0, 2.0, restitution=0.5), ArenaSettings())
     rng = np.random.default_rng(4)
-    small = 300 if LONG else 100
+    small = tries(100, 300)
     arena.add(0.0, 1.3, radius=0.5, density=50.0)
     arena.add_many(
         rng.uniform(-0.9, 0.9, small), rng.uniform(0.1, 0.6, small),
@@ -105,10 +100,10 @@ def test_speeds_up_to_a_hundred_kilometres_a_second(speed: float, e: float) -> N
 
 
 def test_balls_dropped_into_a_funnel() -> None:
-    n = 2000 if LONG else 200
+    n = tries(200, 2000)
     arena = funnel(n)
     worst = 0.0
-    for k in range(900 if LONG else 240):
+    for k in range(tries(240, 900)):
         arena.step()
         if k % 10 == 0:
             b = arena.bodies
@@ -151,7 +146,7 @@ def test_many_steps_of_a_small_scene() -> None:
         4, restitution=1.0, friction=0.0, radii=(0.1, 0.2), width=1.5, height=1.5, speed=2.0
     )
     start = arena.diagnostics()
-    for _ in range(1_000_000 if LONG else 5_000):
+    for _ in range(tries(5_000, 1_000_000)):
         arena.step()
     end = arena.diagnostics()
     lag = 0.5 * 9.81 / 240.0

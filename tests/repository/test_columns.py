@@ -70,13 +70,3 @@ def test_no_column_is_imported_without_its_module(module: str) -> None:
         if (names := bare_columns(path, module))
     }
     assert found == {}
-
-
-def test_a_bare_column_is_seen_and_what_is_no_column_is_not(tmp_path: Path) -> None:
-    file = tmp_path / "kernel.py"
-    file.write_text(
-        "from plinko.engine.physics.surface import LENGTH, touch\n"
-        "from plinko.engine.physics import surface"
-    )
-    assert bare_columns(file, "plinko.engine.physics.surface") == ["LENGTH"]
-    assert bare_columns(file, "plinko.engine.physics.body") == []

@@ -43,11 +43,6 @@ def test_check_and_test_in_one_call_run_each_test_once() -> None:
     assert sorted(first + then) == sorted(collected(["pytest"], FOLDER))
 
 
-def test_alone_test_runs_what_check_runs() -> None:
-    (test,) = commands("test")
-    assert "--checked" not in test
-
-
 def test_check_finds_no_program_but_those_of_its_environment() -> None:
     (check,) = commands("check")
     (path,) = [word for word in check if word.startswith("PATH=")]

@@ -13,11 +13,10 @@ from plinko.app.render import contact_sheet, density_picture, histogram_picture
 from plinko.app.render.histogram import expected_of
 from plinko.app.render.parts.board import board_pixels
 from plinko.app.render.parts.view import fit, lay_out
-from plinko.app.render.raster.encode import Still
 from plinko.app.render.sheet import GAP, LABEL, MOST_DROPS
 from plinko.app.render.still import drop_pixels
 from plinko.app.render.theme import THEMES
-from plinko.engine import Board, drop, drop_many
+from plinko.engine import Board, drop
 from plinko.engine.payouts.record import odds_of_record
 
 Pixels = npt.NDArray[np.int64]
@@ -126,12 +125,6 @@ def test_a_density_is_the_same_however_it_is_computed() -> None:
     assert density_picture(BOARD, range(1, 401), width=300) not in pictures
 
 
-@pytest.mark.parametrize("fmt", ["png", "jpg", "webp"])
-def test_a_density_comes_as_any_still(fmt: Still) -> None:
-    with Image.open(io.BytesIO(density_picture(BOARD, range(50), fmt, width=300))) as image:
-        assert image.width == 300
-
-
 def test_a_density_says_when_a_ball_never_lands() -> None:
     walls = [{"x1": x, "y1": -1.0, "x2": x, "y2": 4.0} for x in (-1.0, 1.0)]
     board = Board.from_json(
@@ -197,23 +190,7 @@ def test_a_mark_lies_on_top_of_a_column_that_is_as_expected() -> None:
     assert abs(np.argmax(fill) - np.argmax(mark[60:]) - 60) < 8
 
 
-def test_a_histogram_of_real_drops_and_of_none() -> None:
-    many = drop_many(BOARD, range(500))
-    picture = histogram_picture(BOARD, many.histogram, unsettled_count=many.unsettled_count)
-    assert picture == histogram_picture(BOARD, many.histogram.tolist(), unsettled_count=0)
-    assert decode(histogram_picture(BOARD, np.zeros(9, int))).shape[1] == 760
-
-
 @pytest.mark.parametrize("counts", [[1, 2], [1] * 8 + [-1], [[1] * 9]])
 def test_counts_that_are_none_are_refused(counts: Any) -> None:
     with pytest.raises(InvalidValueError, match="counts"):
         histogram_picture(BOARD, counts)
-
-
-@pytest.mark.parametrize("preset", ["classic", "galton", "triangle-16-high"])
-@pytest.mark.parametrize("width", [240, 1000])
-def test_any_board_has_a_histogram_and_a_sheet(preset: str, width: int) -> None:
-    board = Board.preset(preset)
-    many = drop_many(board, range(200))
-    assert decode(histogram_picture(board, many.histogram, width=width)).shape[1] == width
-    assert decode(contact_sheet(board, range(2), width=width, columns=1)).shape[1] == width

@@ -39,10 +39,3 @@ def test_a_cell_too_flat_to_be_copied_around_a_ball_is_refused() -> None:
     with pytest.raises(BoardError, match="copies") as error:
         launch(flat, [(1.0, 0.5)], [(1.0, 0.0)])
     assert error.value.field == "cell"
-
-
-def test_equal_billiards_are_equal_and_share_their_arrays() -> None:
-    one, other = (Billiard(pegs=(PEG,), gravity=g) for g in (0, 0.0))
-    assert one == other
-    assert hash(one) == hash(other)
-    assert one != Billiard(pegs=(PEG,), gravity=1.0)

@@ -1,1 +1,1 @@
-"""Tests of the certified solver against the oracle, and with deliberately wrong laws."""
+"""Tests of the certified solver."""

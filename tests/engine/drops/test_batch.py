@@ -198,17 +198,3 @@ def test_a_bad_number_of_threads_is_refused_with_its_value(threads: object) -> N
 def test_invalid_seeds_are_named(seeds: object) -> None:
     with pytest.raises(SeedError, match="seed"):
         drop_many(TRIANGLE, seeds)  # type: ignore[arg-type]
-
-
-def test_no_array_of_an_outcome_can_be_written_to() -> None:
-    one, many = drop(TRIANGLE, 1), drop_many(TRIANGLE, 5)
-    arrays = [
-        one.impacts,
-        many.histogram,
-        many.score,
-        *many.columns().values(),
-        *many[1:3].columns().values(),
-    ]
-    for array in arrays:
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = array[1]

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from plinko.engine import Board, World, drop
+from plinko.engine import Board, drop
 from plinko.engine.drops import sliced
 from plinko.engine.drops.flight import SlicedFlight, fly
 from plinko.engine.drops.sliced import Slice, SlicedPath
@@ -101,22 +101,6 @@ def test_a_flight_computed_in_slices_is_the_flight() -> None:
         found, whole = sliced.flight(), fly(board, x)
         assert found.digest == whole.digest == drop(board, seed).digest
         assert found.path.segments.tobytes() == whole.path.segments.tobytes()
-
-
-def test_a_restored_world_goes_on_as_if_it_had_never_been_saved() -> None:
-    board = scene("storm").board
-    one, other = World(board, dt=1 / 60), World(board, dt=1 / 60)
-    for seed in range(5):
-        one.add(seed=seed)
-        for _ in range(30):
-            one.step()
-    other.restore(one.snapshot())
-    one.take_events()
-    for _ in range(300):
-        one.step()
-        other.step()
-        assert one.bodies.tobytes() == other.bodies.tobytes()
-        assert one.take_events() == other.take_events()
 
 
 def test_what_has_ended_has_nothing_more() -> None:

@@ -10,11 +10,9 @@ import pytest
 
 import plinko
 from plinko.engine import (
-    Arena,
     Board,
     BoardError,
     Drop,
-    DropBatch,
     ParameterError,
     StaticGeometry,
     World,
@@ -146,17 +144,6 @@ def test_a_batch_has_columns_for_tables() -> None:
         )
 
 
-def test_pandas_and_polars_take_the_columns_as_they_are() -> None:
-    import pandas
-    import polars
-
-    many = drop_many(BOARD, [3, 4, 2**64 - 1])
-    for frame in (pandas.DataFrame(many.columns()), polars.DataFrame(many.columns())):
-        assert list(frame.columns) == list(many.columns())
-        assert frame["seed"].to_list() == [3, 4, 2**64 - 1]
-        assert frame["score"].mean() == many.score.mean()
-
-
 Takes = Callable[[Any], Any]
 
 TAKES: dict[str, Takes] = {
@@ -210,18 +197,6 @@ def test_the_exact_solver_refuses_parameters_that_it_does_not_have(
     assert it.value.field == field
 
 
-@pytest.mark.parametrize(
-    "takes", [*STEPPING.values(), lambda **how: World(BOARD, **how)], ids=[*STEPPING, "World"]
-)
-@pytest.mark.parametrize(("field", "value"), [*ROUGH.items(), ("dt", "abc")])
-def test_the_stepped_solver_names_a_bad_parameter(
-    takes: Callable[..., object], field: str, value: object
-) -> None:
-    with pytest.raises(ParameterError, match=f"{field} {value!r} is not") as it:
-        takes(solver="stepped", **{field: value})
-    assert it.value.field == field
-
-
 @pytest.mark.parametrize("field", ["substeps", "correction"])
 def test_an_exact_world_refuses_what_only_steps_need(field: str) -> None:
     with pytest.raises(ParameterError, match=f"{field} {ROUGH[field]} needs solver 'stepped'"):
@@ -265,8 +240,3 @@ def test_writing_to_a_copy_of_xs_is_not_writing_to_the_callers() -> None:
     drop_many(BOARD, [1, 2], xs=xs)
     xs[0] = 0.05
     assert str(xs[0]) == "0.05"
-
-
-def test_an_arena_keeps_its_short_name() -> None:
-    assert len(repr(Arena(StaticGeometry.of_board(BOARD)))) < 100
-    assert isinstance(drop_many(BOARD, [1]), DropBatch)

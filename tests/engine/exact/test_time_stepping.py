@@ -1,6 +1,6 @@
 """A ball on two surfaces does what the laws allow, by time steps that share no code with it.
 
-`corners.py` has the states, `tools/oracle/time_stepping.py` the laws and the steps.
+`tools/oracle/corners.py` has the states, `time_stepping.py` beside it the laws and the steps.
 """
 
 import json
@@ -18,7 +18,8 @@ from plinko.engine.board.materials import combine
 from plinko.engine.drops.trajectory import Trajectory
 from plinko.engine.exact.outcome import WEDGED
 from plinko.engine.physics import body
-from tests.engine.exact.corners import (
+from tests.long import tries
+from tools.oracle.corners import (
     Corner,
     R,
     corner,
@@ -30,7 +31,6 @@ from tests.engine.exact.corners import (
     spin,
     steps_agree,
 )
-from tests.long import tries
 from tools.oracle.time_stepping import (
     Body,
     Contact,

@@ -5,7 +5,7 @@ import json
 import os
 import pkgutil
 import threading
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -72,19 +72,6 @@ def test_threads_may_be_the_first_to_call_a_kernel_at_once() -> None:
     for each in threads:
         each.join()
     assert len(set(found)) == 4
-
-
-class Pair(NamedTuple):
-    """An example of a kernel's result."""
-
-    total: float
-    parts: Floats
-
-
-def test_results_have_the_names_that_the_function_gives_them() -> None:
-    made = machine_code._form(tuple[Pair, int])
-    assert made(iter([1.5, "parts", 3])) == (Pair(1.5, cast("Any", "parts")), 3)
-    assert type(made(iter([1.5, "parts", 3]))[0]) is Pair
 
 
 def sampled(out: Floats) -> None:

@@ -3,7 +3,6 @@
 import json
 import logging
 import os
-import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from hashlib import sha256
@@ -53,23 +52,6 @@ def test_there_is_a_library_for_each_kind_of_processor() -> None:
 @pytest.mark.parametrize("path", LIBRARIES, ids=lambda path: path.stem)
 def test_a_library_asks_for_nothing(path: Any) -> None:
     assert elf.asks_for(path.read_bytes()) == []
-
-
-def test_what_a_library_asks_for_is_seen() -> None:
-    """The file has relocations, an undefined symbol, a needed library, and code."""
-    symbols = bytes(24) + struct.pack("<IBBHQQ", 1, 0x12, 0, 0, 0, 0)
-    contents = [(4, bytes(48)), (11, symbols), (6, struct.pack("<qQ", 1, 7)), (1, b"code")]
-    table, body = b"", b""
-    for kind, content in contents:
-        begin = 64 + 64 * len(contents) + len(body)
-        table += struct.pack("<IIQQQQIIQQ", 0, kind, 0, 0, begin, len(content), 0, 0, 1, 0)
-        body += content
-    ident = b"\x7fELF\x02\x01" + bytes(10)
-    header = struct.pack("<16sHHIQQQIHHHHHH", ident, 3, 62, 1, 0, 0, 64, 0, 64, 0, 0, 64, 4, 0)
-    asked = elf.asks_for(header + table + body)
-    assert asked == ["48 bytes of relocations", "1 imports", "other libraries"]
-    with pytest.raises(ValueError, match="not how a library"):
-        elf.asks_for(b"#!/bin/sh")
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,6 @@ from plinko.engine.multibody.arena import Arena
 from plinko.engine.multibody.bodies import BallTable
 from plinko.engine.multibody.events import Landed, Touch
 from plinko.engine.multibody.scenes import (
-    GRAVITY_PRESETS,
-    RESTITUTION_PRESETS,
     galton,
     on_board,
     sandbox,
@@ -390,29 +388,6 @@ def test_a_ball_pushed_across_the_bins_line_lands() -> None:
     assert ends[0].x == 0.1
     assert 0.0 <= ends[0].t <= 1.0 / 60.0
     assert arena.bodies["id"].tolist() == [far]
-
-
-def test_coincident_balls_part_and_always_in_the_same_way() -> None:
-    results = []
-    for _ in range(2):
-        arena = Arena(StaticGeometry.box(4.0, 4.0))
-        arena.add_many([0.5] * 40, [2.0] * 40, radius=0.05)
-        steps(arena, 300)
-        b = arena.bodies
-        assert arena.diagnostics().penetration_radii < 0.01
-        assert (np.abs(b["x"]) < 1.96).all()
-        results.append(arena.digest)
-    assert results[0] == results[1]
-
-
-@pytest.mark.parametrize("name", list(GRAVITY_PRESETS))
-@pytest.mark.parametrize("row", list(RESTITUTION_PRESETS))
-def test_every_preset_makes_a_sandbox(name: str, row: str) -> None:
-    arena = sandbox(20, gravity=GRAVITY_PRESETS[name], restitution=RESTITUTION_PRESETS[row], seed=7)
-    assert arena.settings.gravity == GRAVITY_PRESETS[name]
-    steps(arena, 5)
-    assert arena.count == 20
-    assert arena.ball(0)["restitution"] == RESTITUTION_PRESETS[row]
 
 
 def test_galton_piles_up_in_its_bins() -> None:

@@ -32,15 +32,6 @@ def test_a_ball_that_enters_late_goes_on_as_if_it_had_not(late_at: int) -> None:
     assert len(events) == 2
 
 
-@pytest.mark.parametrize("late_at", [8, 20, 100])
-def test_a_ball_that_enters_late_is_always_where_it_would_be(late_at: int) -> None:
-    for ticks in (late_at + 1, late_at + 30):
-        expected, _ = world_after(ticks, late_at=7)
-        found, _ = world_after(ticks, late_at=late_at)
-        assert found.digest == expected.digest
-        assert found.bodies["x"].tolist() == expected.bodies["x"].tolist()
-
-
 def test_the_world_is_at_once_as_if_the_ball_had_been_on_time() -> None:
     expected, lonely = World(BOARD), World(BOARD)
     start = start_of(BOARD, SEEDS[1], None)

@@ -179,18 +179,6 @@ def test_adding_balls_changes_nothing_for_the_others(solver: SolverName) -> None
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_a_ball_added_later_falls_as_if_it_had_been_first(solver: SolverName) -> None:
-    world = World(TRIANGLE, solver=solver)
-    world.add(1)
-    for _ in range(37):
-        world.step()
-    late = world.add(2)
-    ended = landings(run(world))
-    assert ended[late].digest == drop(TRIANGLE, 2, solver=solver).digest
-    assert ended[late].t == drop(TRIANGLE, 2, solver=solver).duration
-
-
-@pytest.mark.parametrize("solver", SOLVERS)
 def test_bodies_are_the_states_of_the_drops(solver: SolverName) -> None:
     """To the bit, except that the stepped solver's velocities are those of the next substep."""
     world = World(TRIANGLE, solver=solver)

@@ -15,9 +15,6 @@ from websockets.protocol import State
 
 from plinko.app.live.broadcast.transport import DirectConnection, DirectProtocol
 from plinko.app.protocol.wire import WireMessage
-from plinko.engine import Board, drop
-from tests.kit.player import playing
-from tests.kit.serving import serving
 
 
 @given(st.binary(max_size=300) | st.sampled_from([bytes(65535), bytes(65536)]))
@@ -43,18 +40,6 @@ def test_a_directly_written_frame_is_what_uvicorn_would_send(
     public, sink.written = sink.written, b""
     assert DirectConnection(connection).write(message.wire)
     assert sink.written == public
-
-
-async def test_a_game_is_streamed_over_it() -> None:
-    with serving() as server:
-        async with playing(server.socket("triangle-8")) as player:
-            await player.send(type="drop", seed=42)
-            landed = await player.until("landed")
-            await player.until_empty()
-    assert landed["digest"] == drop(Board.preset("triangle-8"), 42).digest
-    ticks = [player.decode(frame).tick for frame in player.binaries]
-    assert ticks == sorted(set(ticks))
-    assert ticks[-1] - ticks[0] > 60
 
 
 class _Sink:

@@ -195,18 +195,6 @@ def test_a_table_whose_flights_are_long_takes_no_more(monkeypatch: pytest.Monkey
         room.drop(DropCommand(2))
 
 
-def test_a_dear_ball_lands_as_its_drop_says() -> None:
-    room = IndependentRoom("dear", HALL, tick_rate=60, max_balls=9)
-    alone = drop(HALL, 4)
-    room.drop(DropCommand(4))
-    events: list[Any] = []
-    while room.awake:
-        events += room.step(watched=False)
-    (landed,) = events
-    assert len(alone.impacts) > 10_000
-    assert (landed.digest, landed.bin, landed.t) == (alone.digest, alone.bin, alone.duration)
-
-
 SHAFT = {
     "name": "shaft",
     "width": 4e-3,

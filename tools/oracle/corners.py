@@ -1,6 +1,6 @@
 """Random corners: a ball that touches two surfaces, what the laws allow, and what the solver does.
 
-`python -m tests.engine.exact.corners COUNT` prints how many of COUNT states have one solution of
+`python -m tools.oracle.corners COUNT` prints how many of COUNT states have one solution of
 the laws or several, which one the exact solver takes, and where time steps differ.
 """
 
