@@ -370,7 +370,9 @@ async def test_an_unknown_address_parameter_closes_with_the_reason(
     assert (closed.rcvd.code, closed.rcvd.reason[: len(named)]) == (1008, named)
 
 
-@pytest.mark.parametrize("origin", ["https://evil.example", "null"])
+@pytest.mark.parametrize(
+    "origin", ["https://evil.example", "null", "http://[", "http://127.0.0.1:80000000", "://"]
+)
 async def test_another_sites_page_cannot_connect(server: Running, origin: str) -> None:
     with pytest.raises(InvalidStatus) as refused:
         async with connect(server.socket(), origin=origin):  # type: ignore[arg-type]

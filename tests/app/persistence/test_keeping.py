@@ -64,16 +64,6 @@ class Table:
         return asked
 
 
-async def test_a_drop_is_accepted_only_when_it_is_durable() -> None:
-    table = Table()
-    asked = await table.ask(1)
-    table.tick(5)
-    assert not asked.done()
-    assert (table.room.drops, table.room.world.count) == (0, 0)
-    await table.ledger.answer()
-    assert (await asked).tick == 0
-
-
 @pytest.mark.parametrize("latency", [0, 1, 2, 30])
 async def test_a_start_s_tick_does_not_depend_on_the_ledger_s_speed(latency: int) -> None:
     table = Table()
@@ -88,31 +78,6 @@ async def test_a_start_s_tick_does_not_depend_on_the_ledger_s_speed(latency: int
     assert table.room.world.tick == 10 + latency + 3, "balls that fall wait for nobody"
     (state,) = drop(BOARD, 2).states([(table.room.world.tick - 11) / 60])
     assert table.room.world.bodies["x"][1] == state["x"], "late, it is where it would be"
-
-
-async def test_a_refused_drop_never_had_a_number() -> None:
-    table = Table()
-    await table.ask(1)
-    await table.ledger.answer()
-    table.tick(10)
-    refused, taken = await table.ask(2), await table.ask(3)
-    table.tick(20)
-    await table.ledger.answer(LedgerError("lost"))
-    with pytest.raises(LedgerError, match="lost"):
-        await refused
-    await table.ledger.answer()
-    assert (await taken).ball == 1
-    assert table.room.world.tick == 30, "the room goes on without it"
-
-
-async def test_the_clock_goes_on_while_the_ledger_is_lost() -> None:
-    table = Table()
-    await table.ask(1)
-    await table.ledger.answer()
-    table.ledger.defer = lambda writes, done=None: None  # type: ignore[method-assign]
-    table.ledger.up = False
-    table.tick(100)
-    assert table.room.world.tick == 100
 
 
 async def test_a_tick_late_by_ten_seconds_shows_the_present() -> None:
@@ -144,19 +109,3 @@ async def test_a_sleeping_room_leaves_all_that_its_next_run_needs() -> None:
     assert [row.digest for row in sorted(results, key=lambda row: row.ball)] == [
         drop(BOARD, seed).digest for seed in range(3)
     ]
-
-
-async def test_a_room_that_is_closed_lands_its_balls_first() -> None:
-    table = Table()
-    room = await table.rooms.create(BOARD)
-    asked = ask(room, 4)
-    await turns()
-    deleting = asyncio.create_task(table.rooms.delete(room))
-    await turns()
-    assert not deleting.done(), "a drop is on its way"
-    waiting = asyncio.create_task(room.landings.wait(0, 60.0))
-    await table.ledger.answer()
-    await deleting
-    landed = await waiting
-    assert landed is not None
-    assert (asked.done(), landed.digest) == (True, drop(BOARD, 4).digest)

@@ -6,7 +6,6 @@ import json
 import os
 import re
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -204,22 +203,6 @@ def begun(http: httpx.Client, room: str) -> tuple[str, dict[str, str]]:
     address = f"/sessions/{found['session']}/opening"
     http.post(address, json={"seed": seed.hex()}, headers=shown).raise_for_status()
     return found["session"], shown
-
-
-def test_the_same_drop_asked_for_again_is_dropped_once(server: Running, http: httpx.Client) -> None:
-    room, _ = opened(http, "triangle-8")
-    key = {"idempotency-key": "mine"}
-    path = f"/rooms/{room}/drops"
-    with ThreadPoolExecutor(8) as clients:
-        asked = [clients.submit(http.post, path, headers=key) for _ in range(8)]
-        replies = [each.result() for each in asked]
-    assert {reply.status_code for reply in replies} == {202}
-    first, *others = [reply.json() for reply in replies]
-    assert others == [first] * 7
-    landed = http.post(f"{path}?wait=1", headers=key).json()
-    assert landed["landed"]["digest"] == drop(Board.preset("triangle-8"), int(first["seed"])).digest
-    assert http.post(f"{path}?wait=1", headers=key).json() == landed, "from the ledger"
-    assert http.post(path, headers={"idempotency-key": "another"}).json()["ball"] == 1
 
 
 def test_a_room_can_be_given_another_board(http: httpx.Client) -> None:

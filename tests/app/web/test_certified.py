@@ -12,7 +12,6 @@ from plinko.app.computing.tasks import Ask
 from plinko.app.web.routes.drops import drops
 from plinko.app.web.schemas.drops import Proven
 from plinko.engine import Board, certify
-from plinko.engine.errors import MissingPartError
 from plinko.engine.parameters import Exact
 from tests.app.web.test_rest import problem
 
@@ -37,25 +36,6 @@ def test_a_drop_is_proven_when_asked(http: httpx.Client) -> None:
 def test_only_the_exact_solver_is_proven(http: httpx.Client) -> None:
     response = http.get(f"{DROP}?solver=stepped&certified=true")
     problem(response, 422, "invalid-value", "'stepped'")
-
-
-def test_a_server_without_the_library_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(drops, "_is_installed", lambda: False)
-    with pytest.raises(MissingPartError, match="pip install"):
-        drops.require_certifier()
-
-
-def test_a_proof_that_costs_too_much_is_given_up() -> None:
-    from plinko.engine.certified.certify import Effort
-
-    effort = Effort(first_bits=64, most_bits=128, most_comparisons=20)
-    found = certify(Board.preset("triangle-8"), 42, effort=effort)
-    assert not found.decided
-    assert found.bin is None
-    assert found.undecided == "more than 20 comparisons: undecided at 128 bits"
-    assert (found.bits, found.agrees, found.x_end) == (128, None, None)
 
 
 def test_the_command_line_and_the_server_go_equally_far(

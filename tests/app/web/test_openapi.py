@@ -34,62 +34,58 @@ def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]
     ]
 
 
+INTERFACE = """
+/api/v1/announcement post
+/api/v1/bans post
+/api/v1/boards get post
+/api/v1/boards/check post
+/api/v1/boards/{board} get
+/api/v1/boards/{board}/density.{format} get
+/api/v1/boards/{board}/histogram.{format} get
+/api/v1/boards/{board}/odds get
+/api/v1/boards/{board}/sheet.{format} get
+/api/v1/drops post
+/api/v1/drops/{board}/{seed} get
+/api/v1/drops/{board}/{seed}.{format} get
+/api/v1/drops/{board}/{seed}/frames get
+/api/v1/halts get post
+/api/v1/log get
+/api/v1/payouts post
+/api/v1/players/{key} delete
+/api/v1/players/{key}/plays get
+/api/v1/rooms get post
+/api/v1/rooms/{room} delete get patch
+/api/v1/rooms/{room}/best get
+/api/v1/rooms/{room}/draw get
+/api/v1/rooms/{room}/drops post
+/api/v1/rooms/{room}/frame.{format} get
+/api/v1/rooms/{room}/log get
+/api/v1/rooms/{room}/move post
+/api/v1/rooms/{room}/plays get
+/api/v1/rooms/{room}/qr.svg get
+/api/v1/rooms/{room}/queue get patch post
+/api/v1/rooms/{room}/queue/clear post
+/api/v1/rooms/{room}/queue/skip post
+/api/v1/rooms/{room}/reset post
+/api/v1/rooms/{room}/stream.mjpg get
+/api/v1/scenes get
+/api/v1/seeds post
+/api/v1/sessions post
+/api/v1/sessions/{session} get
+/api/v1/sessions/{session}/end post
+/api/v1/sessions/{session}/export get
+/api/v1/sessions/{session}/opening post
+/api/v1/simulate post
+/api/v1/verify post
+/healthz get
+/metrics get
+/readyz get
+"""
+
+
 def test_it_lists_the_interface(document: dict[str, Any]) -> None:
-    assert {(path, method) for path, method, _ in operations(document)} == {
-        ("/api/v1/boards", "get"),
-        ("/api/v1/boards", "post"),
-        ("/api/v1/boards/check", "post"),
-        ("/api/v1/boards/{board}", "get"),
-        ("/api/v1/boards/{board}/odds", "get"),
-        ("/api/v1/payouts", "post"),
-        *(
-            (f"/api/v1/boards/{{board}}/{kind}.{{format}}", "get")
-            for kind in ("density", "histogram", "sheet")
-        ),
-        ("/api/v1/drops", "post"),
-        ("/api/v1/drops/{board}/{seed}", "get"),
-        ("/api/v1/drops/{board}/{seed}.{format}", "get"),
-        ("/api/v1/drops/{board}/{seed}/frames", "get"),
-        ("/api/v1/simulate", "post"),
-        ("/api/v1/seeds", "post"),
-        ("/api/v1/verify", "post"),
-        ("/api/v1/rooms", "get"),
-        ("/api/v1/rooms", "post"),
-        ("/api/v1/scenes", "get"),
-        ("/api/v1/rooms/{room}", "get"),
-        ("/api/v1/rooms/{room}", "patch"),
-        ("/api/v1/rooms/{room}", "delete"),
-        ("/api/v1/rooms/{room}/reset", "post"),
-        ("/api/v1/rooms/{room}/move", "post"),
-        ("/api/v1/rooms/{room}/log", "get"),
-        ("/api/v1/rooms/{room}/draw", "get"),
-        ("/api/v1/rooms/{room}/queue", "get"),
-        ("/api/v1/rooms/{room}/queue", "post"),
-        ("/api/v1/rooms/{room}/queue", "patch"),
-        ("/api/v1/rooms/{room}/queue/skip", "post"),
-        ("/api/v1/rooms/{room}/queue/clear", "post"),
-        ("/api/v1/rooms/{room}/drops", "post"),
-        ("/api/v1/rooms/{room}/frame.{format}", "get"),
-        ("/api/v1/rooms/{room}/best", "get"),
-        ("/api/v1/rooms/{room}/plays", "get"),
-        ("/api/v1/rooms/{room}/qr.svg", "get"),
-        ("/api/v1/rooms/{room}/stream.mjpg", "get"),
-        ("/api/v1/sessions", "post"),
-        ("/api/v1/sessions/{session}", "get"),
-        ("/api/v1/sessions/{session}/opening", "post"),
-        ("/api/v1/sessions/{session}/end", "post"),
-        ("/api/v1/sessions/{session}/export", "get"),
-        ("/api/v1/log", "get"),
-        ("/api/v1/halts", "get"),
-        ("/api/v1/players/{key}/plays", "get"),
-        ("/api/v1/halts", "post"),
-        ("/api/v1/announcement", "post"),
-        ("/api/v1/bans", "post"),
-        ("/api/v1/players/{key}", "delete"),
-        ("/healthz", "get"),
-        ("/readyz", "get"),
-        ("/metrics", "get"),
-    }
+    found = [" ".join([path, *sorted(methods)]) for path, methods in document["paths"].items()]
+    assert sorted(found) == INTERFACE.split("\n")[1:-1]
 
 
 def test_it_is_valid_openapi_3_1(document: dict[str, Any]) -> None:
@@ -242,7 +238,3 @@ def test_a_record_has_exactly_the_fields_that_are_documented() -> None:
     assert set(sure) | set(stepped) | set(aimed) | set(prizes) | {"certificate"} == fields
     required = set(components()["DropRecord"]["required"])
     assert required == set(exact)
-
-
-def test_the_document_needs_no_running_server() -> None:
-    assert create_app().openapi()["info"]["title"] == "Plinko"

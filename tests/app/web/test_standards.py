@@ -16,7 +16,6 @@ from plinko.app.web.schemas.drops import DropRequest, SimulationRequest
 from plinko.app.web.schemas.rooms import RoomRequest
 from plinko.engine import Board
 from tests.app.conftest import TINY
-from tests.kit.serving import Running
 
 DROP = "/api/v1/drops/triangle-8/42"
 
@@ -57,12 +56,6 @@ def test_head_of_what_is_not_there_is_not_found(http: httpx.Client) -> None:
         assert http.head(path).status_code == 404
     refused = http.head("/api/v1/drops")
     assert (refused.status_code, refused.headers["allow"]) == (405, "POST")
-
-
-def test_head_of_a_stream_without_end_ends(http: httpx.Client, server: Running) -> None:
-    head = http.head("/api/v1/rooms/main/stream.mjpg?width=240")
-    assert (head.status_code, head.content) == (200, b"")
-    assert head.headers["content-type"].startswith("multipart/x-mixed-replace")
 
 
 # Queries.
