@@ -13,7 +13,6 @@ from plinko.app.web.routes.drops import drops
 from plinko.app.web.schemas.drops import Proven
 from plinko.engine import Board, certify
 from plinko.engine.parameters import Exact
-from tests.app.web.test_rest import problem
 
 DROP = "/api/v1/drops/triangle-8/42"
 
@@ -31,11 +30,6 @@ def test_a_drop_is_proven_when_asked(http: httpx.Client) -> None:
     assert certificate["x_end"]["low"] <= plain["x_end"] + 1e-6
     wanted = {"board": "triangle-8", "seed": "42", "certified": True}
     assert http.post("/api/v1/drops", json=wanted).json()["certificate"] == certificate
-
-
-def test_only_the_exact_solver_is_proven(http: httpx.Client) -> None:
-    response = http.get(f"{DROP}?solver=stepped&certified=true")
-    problem(response, 422, "invalid-value", "'stepped'")
 
 
 def test_the_command_line_and_the_server_go_equally_far(

@@ -136,14 +136,6 @@ def test_secrets_and_tokens_are_asked_for(http: httpx.Client, tiny: str) -> None
     assert "not the one that was committed to" in wrong.json()["detail"]
     assert http.post(f"{address}/end").status_code == 401
     assert http.post(f"{address}/end", headers=bearer("x")).status_code == 403
-    assert http.post("/api/v1/sessions", json={"commitment": "xyz"}).status_code == 422
-    assert http.get("/api/v1/sessions/none").json()["code"] == "unknown-session"
-
-
-def test_no_session_where_balls_knock_each_other(http: httpx.Client) -> None:
-    body = {"room": "interacting-triangle-8", "commitment": COMMITMENT}
-    answer = http.post("/api/v1/sessions", json=body)
-    assert (answer.status_code, answer.json()["field"]) == (422, "room")
 
 
 def test_a_session_of_another_table_drops_nothing(http: httpx.Client, tiny: str) -> None:
