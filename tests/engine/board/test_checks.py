@@ -49,25 +49,206 @@ def verdict(form: Form) -> str:
     return ""
 
 
+HELD, WEDGED, REST = "inside or touching", "wedge in", "come to rest there"
+SHUT, MISSED = "cannot pass", "miss the bins"
+SHELF = (-1.0, 3.0, 1.0, 3.0)
+BESIDE = box([(-0.3, 0.15, 0.1)])
+V = [(-1.0, 2.0, 0.0, 3.0), (0.0, 3.0, 1.0, 2.0)]
+TRAP = [(1.75, 3.0, 0.2), (2.25, 3.0, 0.2)]
+CHAMBER = [(1.0, 2.0, 3.0, 2.0), (1.0, 4.0, 3.0, 4.0), (1.0, 2.0, 1.0, 4.0), (3.0, 2.0, 3.0, 4.0)]
+CUP = [(-1.0, 2.0, 1.0, 2.0), (-1.0, 2.0, -1.0, 0.05), (1.0, 2.0, 1.0, 0.05)]
+LOWER = [CUP[0], (-1.0, 2.0, -1.0, 0.15), (1.0, 2.0, 1.0, 0.15)]
+ROW = [(-4.0 + 0.5 * i, 3.0, 0.2) for i in range(17)]
+# Each floor runs down to a gap on alternating sides; closing one closes the maze.
+MAZE = [
+    (-4.0, y, 3.7, y + 0.1) if i % 2 else (-3.7, y + 0.1, 4.0, y)
+    for i, y in enumerate(np.arange(0.5, 5.5, 0.5).tolist())
+]
+ROOFS = {
+    "a peg": box([(0.0, 2.0, 0.1)], [SHELF]),
+    "a wall": box(walls=[SHELF, (-0.2, 1.0, 0.3, 1.2)]),
+    "two walls": box(walls=[SHELF, (-0.2, 1.0, 0.0, 1.2), (0.0, 1.2, 0.3, 2.0)]),
+    "an upright": box(walls=[SHELF, (0.0, 0.5, 0.0, 2.9)]),
+}
+ONE = box([(0.0, 3.0, 0.1)])
+
+
+def pair(half: float) -> Form:
+    """Two level pegs of radius 0.2 m, whose centres are twice `half` apart."""
+    return box([(-half, 3.0, 0.2), (half, 3.0, 0.2)])
+
+
+def tilted(more: float) -> Form:
+    """Two pegs 0.45 m apart, both 0.3 m from the ball; tilted by `more` than it rolls off at."""
+    tilt = math.asin(0.5 * 0.45 / 0.3) + more
+    dx, dy = 0.5 * 0.45 * math.cos(tilt), 0.5 * 0.45 * math.sin(tilt)
+    return box([(-dx, 3.0 - dy, 0.2), (dx, 3.0 + dy, 0.2)])
+
+
+def overhang(angle: float) -> Form:
+    """A wall whose left side faces left and down, and a peg `angle` left of below the ball.
+
+    The pushes balance the weight for 0 < tan(angle) < 2; beyond straight below, the peg pushes
+    the ball out, as the wall does.
+    """
+    x, y = -0.5 - R * 2.0 / math.sqrt(5.0), 3.0 + R / math.sqrt(5.0)
+    peg = (x - 0.15 * math.sin(angle), y + 0.15 * math.cos(angle), 0.05)
+    return box([peg], [(0.0, 4.0, -1.0, 2.0)])
+
+
+def started(form: Form, **zone: Any) -> Form:
+    return {**form, "drop": zone}
+
+
+def shelf(**zone: Any) -> Form:
+    return started(box(walls=[SHELF]), **zone)
+
+
+def funnel(gap: float) -> Form:
+    return box(walls=[(-4.0, 1.0, -0.5 * gap, 3.0), (0.5 * gap, 3.0, 4.0, 1.0)])
+
+
+def fence(gap: float) -> Form:
+    """Pegs at both sides in place of walls, with such gaps."""
+    pitch = gap + 2 * 0.05
+    count = int(7.0 / pitch) + 1
+    pegs = [(s * 4.0, -0.5 + i * pitch, 0.05) for s in (-1, 1) for i in range(count)]
+    return box([(0.0, 3.0, 0.1), *pegs], sides=False)
+
+
+def thrown(y: float, more: float) -> Form:
+    """No walls: a peg whose contact is h below the start throws no farther than 2 sqrt(6 h) m."""
+    far = 0.2 + 2.0 * math.sqrt(6.0 * (y + 0.2))
+    form = box([(0.0, y, 0.1)], sides=False)
+    return changed(form, ("bins", "edges"), [-far - more, 0.0, far + 1e-6])
+
+
+VERDICTS: list[tuple[str, Form, str]] = [
+    ("a peg within a peg", box([(0.0, 3.0, 1.0), (0.1, 3.0, 0.1)]), "overlaps"),
+    ("a peg in a peg's place", box([(0.0, 3.0, 0.1), (0.0, 3.0, 0.1)]), "overlaps"),
+    ("pegs that touch hold a ball", box([(0.0, 3.0, 0.25), (0.5, 3.0, 0.25)]), WEDGED),
+    ("not one above the other", box([(0.5, 3.0, 0.25), (0.5, 3.5, 0.25)]), ""),
+    ("pegs half within walls", box([(-4.0, 3.0, 0.2), (4.0, 3.0, 0.2)]), ""),
+    ("a start that touches", box([(0.0, R + 0.3, 0.3)]), HELD),
+    ("a start a micrometre away", box([(0.0, R + 0.3 + 1e-6, 0.3)]), ""),
+    ("a peg beside the start", BESIDE, ""),
+    ("within the jitter", started(BESIDE, jitter=0.2), HELD),
+    ("well within the jitter", started(BESIDE, jitter=1.0), HELD),
+    ("beside, mirrored", mirrored(BESIDE), ""),
+    ("within the jitter, mirrored", started(mirrored(BESIDE), jitter=0.2), HELD),
+    ("well within the jitter, mirrored", started(mirrored(BESIDE), jitter=1.0), HELD),
+    ("a ball that fits between pegs", pair(R + 1e-6 + 0.2), ""),
+    ("a pair not steep enough", tilted(-0.05), WEDGED),
+    ("a pair off which the ball rolls", tilted(0.05), ""),
+    ("a peg so far from a wall", box([(-4.0 + R + 0.01, 3.0, 0.05)]), WEDGED),
+    ("so close leads the ball away", box([(-4.0 + R - 0.01, 3.0, 0.05)]), ""),
+    ("passing a peg and a wall", box([(-4.0 + 0.1 + 2 * R + 1e-6, 3.0, 0.1)]), ""),
+    ("a roof of two walls", box(walls=[(x1, 5 - y1, x2, 5 - y2) for x1, y1, x2, y2 in V]), ""),
+    *(
+        (
+            f"ends of walls {half} from the middle",
+            box(walls=[(-1.0, 2.0, -half, 3.0), (half, 3.0, 1.0, 2.0)]),
+            answer,
+        )
+        for half, answer in ((R - 0.001, WEDGED), (R + 0.001, ""))
+    ),
+    ("an overhang, pushed out", overhang(-0.3), ""),
+    ("an overhang, pushed out a little", overhang(-0.1), ""),
+    ("an overhang, pushed in a little", overhang(0.1), WEDGED),
+    ("an overhang, pushed in", overhang(1.05), WEDGED),
+    ("balance on a level wall", box(walls=[(1.0, 3.0, 2.0, 3.0)]), ""),
+    ("balance on a level wall to the side", box(walls=[(1.0, 3.0, 4.0, 3.0)]), ""),
+    *(
+        (f"out of reach at {x}, {y}", box([(x - 0.25, y, 0.2), (x + 0.25, y, 0.2)]), "")
+        for x, y in ((-6.0, 3.0), (0.0, 7.0), (0.0, -1.0))
+    ),
+    ("a trap in a closed chamber", box(TRAP, CHAMBER), ""),
+    ("a trap in an open chamber", box(TRAP, CHAMBER[1:]), WEDGED),
+    *(
+        (f"a wall that rises by {rise}", box(walls=[(-1.0, 3.0, 1.0, 3.0 + rise)]), "")
+        for rise in (1e-6, -0.01, 0.5)
+    ),
+    *(
+        (f"level but for rounding to {x}, {y}", box(walls=[(1e-9, 3.0, x, y)]), answer)
+        for x, y, answer in ((3.0, 3.0 + 1e-12, ""), (-1.0, 3.0, REST), (3.0, 3.0, ""))
+    ),
+    *(
+        (
+            f"level but for rounding to {x}, {y}, with jitter",
+            started(box(walls=[(1.0, 3.0, x, y)]), x=0.5, jitter=0.6),
+            REST,
+        )
+        for x, y in ((3.0, 3.0 + 1e-12), (-1.0, 3.0), (3.0, 3.0))
+    ),
+    ("a start before the end of a shelf", shelf(x=1.0 - 1e-6), REST),
+    ("a start beside it", shelf(x=1.0 + 1e-6), ""),
+    ("jitter beside a shelf", shelf(x=2.0, jitter=0.9), ""),
+    ("jitter over a shelf", shelf(x=2.0, jitter=1.1), REST),
+    ("reach over a shelf", shelf(x=2.0, jitter=0.9, reach=1.1), REST),
+    ("slots beside a shelf", shelf(x=2.0, slots=[1.5, 3.0]), ""),
+    ("a slot over a shelf", shelf(x=2.0, slots=[1.5, 0.5]), REST),
+    *((f"a roof of {name}", started(roof, jitter=0.05), "") for name, roof in ROOFS.items()),
+    *((f"more than {name}", started(roof, jitter=0.5), REST) for name, roof in ROOFS.items()),
+    ("as far as the ball is wide", started(ROOFS["a peg"], jitter=0.1 + R), ""),
+    ("a little farther", started(ROOFS["a peg"], jitter=0.1 + R + 1e-6), REST),
+    (
+        "what is above the start covers nothing",
+        box([(0.0, -1.0, 0.1)], [SHELF, (-1.0, -0.5, 1.0, -0.6)]),
+        REST,
+    ),
+    (
+        "level above the start or below the bins",
+        box(walls=[(-1.0, -1.0, 1.0, -1.0), (-1.0, 6.1, 1.0, 6.1)]),
+        "",
+    ),
+    ("a slit narrower than the ball", funnel(2 * R - 1e-6), SHUT),
+    ("a slit wider than the ball", funnel(2 * R + 1e-6), ""),
+    ("a row from wall to wall", box(ROW), SHUT),
+    ("a row that a small ball passes", box(ROW, radius=0.04), ""),
+    ("a hole beside a floor", box(walls=[(-4.0, 2.9, 4.0 - 2.1 * R, 3.0)]), ""),
+    ("a narrow hole beside a floor", box(walls=[(-4.0, 2.9, 4.0 - 1.9 * R, 3.0)]), SHUT),
+    ("a way that leads above the start", box(walls=CUP), SHUT),
+    ("a cup that a ball bounces out of", box(walls=LOWER), REST),
+    ("a maze", box(walls=MAZE), ""),
+    ("a closed maze", box(walls=[*MAZE[:-1], (-4.0, 5.1, 4.0, 5.1)]), SHUT),
+    ("a wall almost down to the bins", changed(ONE, ("walls", 1, "y2"), 5.95), ""),
+    ("a wall that ends above them", changed(ONE, ("walls", 1, "y2"), 5.5), MISSED),
+    ("a wall almost up to the start", changed(ONE, ("walls", 0, "y1"), 0.05), ""),
+    ("a wall that begins below it", changed(ONE, ("walls", 0, "y1"), 2.0), MISSED),
+    *(
+        (
+            f"a gap of {gap} in a wall",
+            changed(
+                box([(0.0, 1.0, 0.1)], [(-4.0, 3.0 + gap, -4.0, 6.0)]), ("walls", 0, "y2"), 3.0
+            ),
+            answer,
+        )
+        for gap, answer in ((2 * R - 0.001, ""), (2 * R + 0.001, MISSED))
+    ),
+    ("a fence dense enough", fence(2 * R - 0.001), ""),
+    ("a fence that a ball gets through", fence(2 * R + 0.001), MISSED),
+    ("no walls, straight down", box(sides=False), ""),
+    ("no walls, beside the bins", started(box(sides=False), x=3.0, jitter=1.5), MISSED),
+    *((f"as far as {y} m throws", thrown(y, 1e-6), "") for y in (0.3, 0.4, 0.5)),
+    *((f"farther than {y} m throws", thrown(y, -1e-3), MISSED) for y in (0.3, 0.4, 0.5)),
+    ("the example, without a right wall", EXAMPLE, ""),
+    ("with bins too narrow", changed(EXAMPLE, ("bins", "edges"), [-4.0, -3.5, 3.5]), MISSED),
+]
+
+
+@pytest.mark.parametrize(
+    ("form", "answer"), [pytest.param(form, answer, id=name) for name, form, answer in VERDICTS]
+)
+def test_a_board_is_refused_exactly_if_it_is_unplayable(form: Form, answer: str) -> None:
+    assert verdict(form) == answer
+
+
 class TestOverlap:
     def test_overlapping_pegs_are_named_both(self) -> None:
         error = refusal(box([(-2.0, 3.0, 0.2), (1.0, 3.0, 0.2), (1.3, 3.0, 0.2)]))
         assert error.field == "pegs[2]"
         assert "pegs[2] at (1.3, 3.0) overlaps pegs[1] at (1.0, 3.0)" in str(error)
         assert "at least 0.4 m apart" in str(error)
-
-    def test_a_peg_within_a_peg_overlaps(self) -> None:
-        assert verdict(box([(0.0, 3.0, 1.0), (0.1, 3.0, 0.1)])) == "overlaps"
-        assert verdict(box([(0.0, 3.0, 0.1), (0.0, 3.0, 0.1)])) == "overlaps"
-
-    def test_pegs_that_touch_do_not_overlap_but_hold_a_ball(self) -> None:
-        assert verdict(box([(0.0, 3.0, 0.25), (0.5, 3.0, 0.25)])) == "wedge in"
-
-    def test_pegs_that_touch_one_above_the_other_are_fine(self) -> None:
-        assert verdict(box([(0.5, 3.0, 0.25), (0.5, 3.5, 0.25)])) == ""
-
-    def test_pegs_may_be_half_within_a_wall(self) -> None:
-        assert verdict(box([(-4.0, 3.0, 0.2), (4.0, 3.0, 0.2)])) == ""
 
 
 class TestStart:
@@ -76,17 +257,6 @@ class TestStart:
         assert error.field == "drop"
         assert "drop.x = 0.0 with drop.jitter = 0.0 at drop.y = 0.0" in str(error)
         assert "pegs[0]" in str(error)
-
-    @pytest.mark.parametrize(("gap", "answer"), [(0.0, "inside or touching"), (1e-6, "")])
-    def test_touching_is_refused_and_a_micrometre_is_not(self, gap: float, answer: str) -> None:
-        assert verdict(box([(0.0, R + 0.3 + gap, 0.3)])) == answer
-
-    @pytest.mark.parametrize("side", [-1.0, 1.0])
-    def test_the_whole_jitter_counts_not_only_its_ends(self, side: float) -> None:
-        form = box([(side * 0.3, 0.15, 0.1)])
-        assert verdict(form) == ""
-        assert verdict({**form, "drop": {"jitter": 0.2}}) == "inside or touching"
-        assert verdict({**form, "drop": {"jitter": 1.0}}) == "inside or touching"
 
     def test_a_start_on_a_wall_its_end_or_across_it_is_refused(self) -> None:
         across = box(walls=[(0.5, -0.5, 0.6, 0.5)])
@@ -117,24 +287,10 @@ class TestTraps:
         assert error.field == "pegs[0]"
         assert "the gap between pegs[0] and pegs[1]" in str(error)
 
-    def test_two_pegs_let_a_ball_through_that_fits(self) -> None:
-        half = R + 1e-6 + 0.2
-        assert verdict(box([(-half, 3.0, 0.2), (half, 3.0, 0.2)])) == ""
-
     def test_the_trapped_ball_touches_both_pegs_and_rests_on_them(self) -> None:
         error = str(refusal(box([(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)])))
         height = math.sqrt(0.3**2 - 0.25**2)
         assert f"at (0, {3.0 - height:.6g})" in error
-
-    def test_a_steep_pair_is_no_trap_as_the_ball_rolls_off_below(self) -> None:
-        apart = 0.45  # between the pegs; the ball, 0.3 from both, does not fit between them
-        touching = 0.3
-        lean = math.asin(
-            0.5 * apart / touching
-        )  # angle of the ball's centre from the pair's middle line
-        for tilt, answer in ((lean - 0.05, "wedge in"), (lean + 0.05, "")):
-            dx, dy = 0.5 * apart * math.cos(tilt), 0.5 * apart * math.sin(tilt)
-            assert verdict(box([(-dx, 3.0 - dy, 0.2), (dx, 3.0 + dy, 0.2)])) == answer
 
     def test_a_third_peg_in_the_gap_is_what_the_ball_rests_against(self) -> None:
         pair = [(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)]
@@ -146,121 +302,20 @@ class TestTraps:
     def test_a_peg_beside_an_upright_wall_holds_a_ball(self) -> None:
         error = refusal(box([(-3.75, 3.0, 0.1)]))
         assert "the gap between pegs[0] and walls[0]" in str(error)
-        assert verdict(box([(-4.0 + 0.1 + 2 * R + 1e-6, 3.0, 0.1)])) == ""
-
-    def test_a_peg_close_to_an_upright_wall_leads_the_ball_away(self) -> None:
-        assert verdict(box([(-4.0 + R + 0.01, 3.0, 0.05)])) == "wedge in"
-        assert verdict(box([(-4.0 + R - 0.01, 3.0, 0.05)])) == ""
 
     def test_walls_that_meet_in_a_v_hold_a_ball(self) -> None:
-        v = [(-1.0, 2.0, 0.0, 3.0), (0.0, 3.0, 1.0, 2.0)]
-        error = refusal(box(walls=v))
+        error = refusal(box(walls=V))
         assert error.field == "walls[2]"
         assert "walls[2] and walls[3]" in str(error)
-        assert verdict(box(walls=[(x1, 5 - y1, x2, 5 - y2) for x1, y1, x2, y2 in v])) == ""
-
-    def test_two_walls_ends_hold_a_ball_that_does_not_fit_between(self) -> None:
-        for half, answer in ((R - 0.001, "wedge in"), (R + 0.001, "")):
-            v = [(-1.0, 2.0, -half, 3.0), (half, 3.0, 1.0, 2.0)]
-            assert verdict(box(walls=v)) == answer
-
-    @pytest.mark.parametrize(
-        ("angle", "answer"), [(-0.3, ""), (-0.1, ""), (0.1, "wedge in"), (1.05, "wedge in")]
-    )
-    def test_an_overhang_holds_a_ball_on_a_peg_that_pushes_it_there(
-        self, angle: float, answer: str
-    ) -> None:
-        # The wall's left side faces left and down, (-2, 1) / sqrt 5; the peg is `angle` left of
-        # straight below the ball. The pushes balance the weight for 0 < tan(angle) < 2; beyond
-        # straight below, the peg pushes the ball out, as the wall does.
-        overhang = (0.0, 4.0, -1.0, 2.0)
-        x, y = -0.5 - R * 2.0 / math.sqrt(5.0), 3.0 + R / math.sqrt(5.0)
-        peg = (x - 0.15 * math.sin(angle), y + 0.15 * math.cos(angle), 0.05)
-        assert verdict(box([peg], [overhang])) == answer
-
-    def test_balance_on_a_level_wall_is_no_trap(self) -> None:
-        assert verdict(box(walls=[(1.0, 3.0, 2.0, 3.0)])) == ""
-        assert verdict(box(walls=[(1.0, 3.0, 4.0, 3.0)])) == ""
-
-    def test_a_trap_that_no_ball_can_reach_does_not_matter(self) -> None:
-        for x, y in ((-6.0, 3.0), (0.0, 7.0), (0.0, -1.0)):
-            assert verdict(box([(x - 0.25, y, 0.2), (x + 0.25, y, 0.2)])) == ""
-
-    def test_a_trap_in_a_closed_chamber_does_not_matter(self) -> None:
-        chamber = [
-            (1.0, 2.0, 3.0, 2.0),
-            (1.0, 4.0, 3.0, 4.0),
-            (1.0, 2.0, 1.0, 4.0),
-            (3.0, 2.0, 3.0, 4.0),
-        ]
-        trap = [(1.75, 3.0, 0.2), (2.25, 3.0, 0.2)]
-        assert verdict(box(trap, chamber)) == ""
-        assert verdict(box(trap, chamber[1:])) == "wedge in"
-
-
-SHELF = [(-1.0, 3.0, 1.0, 3.0)]
 
 
 class TestShelves:
     def test_a_level_wall_under_the_start_is_named(self) -> None:
-        error = refusal(box([(3.0, 3.0, 0.1)], [(-3.0, 2.0, -2.0, 2.0), *SHELF]))
+        error = refusal(box([(3.0, 3.0, 0.1)], [(-3.0, 2.0, -2.0, 2.0), SHELF]))
         assert error.field == "walls[3]"
         assert "walls[3] is level: a ball that starts above it, at x = 0, can come to rest" in str(
             error
         )
-
-    @pytest.mark.parametrize("rise", [1e-6, -0.01, 0.5])
-    def test_a_sloping_wall_is_no_level_wall(self, rise: float) -> None:
-        assert verdict(box(walls=[(-1.0, 3.0, 1.0, 3.0 + rise)])) == ""
-
-    @pytest.mark.parametrize("end", [(3.0, 3.0 + 1e-12), (-1.0, 3.0), (3.0, 3.0)])
-    def test_a_wall_that_is_level_but_for_rounding_is_level(self, end: tuple[float, float]) -> None:
-        assert verdict(box(walls=[(1e-9, 3.0, *end)])) == (
-            "come to rest there" if end[0] < 0.0 else ""
-        )
-        assert verdict({**box(walls=[(1.0, 3.0, *end)]), "drop": {"x": 0.5, "jitter": 0.6}}) == (
-            "come to rest there"
-        )
-
-    @pytest.mark.parametrize(
-        ("x", "answer"), [(1.0 - 1e-6, "come to rest there"), (1.0 + 1e-6, "")]
-    )
-    def test_a_start_beside_its_end_rolls_off(self, x: float, answer: str) -> None:
-        assert verdict({**box(walls=SHELF), "drop": {"x": x}}) == answer
-
-    def test_every_start_counts_those_of_jitter_reach_and_slots(self) -> None:
-        away = box(walls=SHELF)
-        for zone, answer in (
-            ({"x": 2.0, "jitter": 0.9}, ""),
-            ({"x": 2.0, "jitter": 1.1}, "come to rest there"),
-            ({"x": 2.0, "jitter": 0.9, "reach": 1.1}, "come to rest there"),
-            ({"x": 2.0, "slots": [1.5, 3.0]}, ""),
-            ({"x": 2.0, "slots": [1.5, 0.5]}, "come to rest there"),
-        ):
-            assert verdict({**away, "drop": zone}) == answer
-
-    def test_a_level_wall_onto_which_no_ball_falls_is_fine(self) -> None:
-        for roof in (
-            box([(0.0, 2.0, 0.1)], SHELF),
-            box(walls=[*SHELF, (-0.2, 1.0, 0.3, 1.2)]),
-            box(walls=[*SHELF, (-0.2, 1.0, 0.0, 1.2), (0.0, 1.2, 0.3, 2.0)]),
-            box(walls=[*SHELF, (0.0, 0.5, 0.0, 2.9)]),
-        ):
-            assert verdict({**roof, "drop": {"jitter": 0.05}}) == ""
-            assert verdict({**roof, "drop": {"jitter": 0.5}}) == "come to rest there"
-
-    def test_a_roof_covers_it_as_far_as_the_ball_is_wide(self) -> None:
-        form = box([(0.0, 2.0, 0.1)], SHELF)
-        assert verdict({**form, "drop": {"jitter": 0.1 + R}}) == ""
-        assert verdict({**form, "drop": {"jitter": 0.1 + R + 1e-6}}) == "come to rest there"
-
-    def test_what_is_above_the_start_covers_nothing(self) -> None:
-        assert verdict(box([(0.0, -1.0, 0.1)], [*SHELF, (-1.0, -0.5, 1.0, -0.6)])) == (
-            "come to rest there"
-        )
-
-    def test_a_level_wall_above_the_start_or_below_bins_is_fine(self) -> None:
-        assert verdict(box(walls=[(-1.0, -1.0, 1.0, -1.0), (-1.0, 6.1, 1.0, 6.1)])) == ""
 
     # Most wild forms have another fault; which ones come depends on the modules that are loaded.
     @settings(
@@ -298,7 +353,7 @@ class TestShelves:
             assert first.marks.tolist()[0] == [KIND_WALL, named] or at_rest
 
     def test_a_board_that_was_kept_before_is_not_refused(self) -> None:
-        form = box(walls=SHELF)
+        form = box(walls=[SHELF])
         kept = Board.kept(form)
         assert kept.to_dict() == Board.kept(kept.to_dict()).to_dict()
         with pytest.raises(BoardError, match="gravity"):
@@ -350,47 +405,15 @@ class TestTime:
 
 
 class TestPassing:
-    @pytest.mark.parametrize(("gap", "answer"), [(2 * R - 1e-6, "cannot pass"), (2 * R + 1e-6, "")])
-    def test_a_slit_is_open_exactly_if_it_is_wider_than_the_ball(
-        self, gap: float, answer: str
-    ) -> None:
-        funnel = [(-4.0, 1.0, -0.5 * gap, 3.0), (0.5 * gap, 3.0, 4.0, 1.0)]
-        assert verdict(box(walls=funnel)) == answer
-
     def test_the_error_names_the_balls_diameter(self) -> None:
         error = refusal(box(walls=[(-4.0, 3.0, 4.0, 3.0)]))
         assert error.field == "ball.radius"
         assert "the ball (diameter 0.2 m) cannot pass" in str(error)
 
-    def test_a_row_of_pegs_from_wall_to_wall_stops_a_ball(self) -> None:
-        row = [(-4.0 + 0.5 * i, 3.0, 0.2) for i in range(17)]
-        assert verdict(box(row)) == "cannot pass"
-        assert verdict(box(row, radius=0.04)) == ""
-
-    def test_a_floor_with_a_hole_beside_it_is_passable(self) -> None:
-        assert verdict(box(walls=[(-4.0, 2.9, 4.0 - 2.1 * R, 3.0)])) == ""
-        assert verdict(box(walls=[(-4.0, 2.9, 4.0 - 1.9 * R, 3.0)])) == "cannot pass"
-
-    def test_a_way_that_leads_above_the_start_is_no_way(self) -> None:
-        cup = [(-1.0, 2.0, 1.0, 2.0), (-1.0, 2.0, -1.0, 0.05), (1.0, 2.0, 1.0, 0.05)]
-        assert verdict(box(walls=cup)) == "cannot pass"
-        lower = [(x1, y1, x2, y2 if y2 == 2.0 else 0.15) for x1, y1, x2, y2 in cup]
-        assert verdict(box(walls=lower)) == "come to rest there"
-
     def test_a_slot_over_a_closed_shaft_is_named(self) -> None:
         shaft = [(2.0, -1.0, 2.0, 3.0), (2.0, 3.0, 4.0, 3.0)]
         error = refusal({**box(walls=shaft), "drop": {"slots": [0.0, 3.0]}})
         assert "cannot pass from drop.slots[1] = 3.0" in str(error)
-
-    def test_a_maze_is_followed_to_its_end(self) -> None:
-        floors = [
-            (-4.0, y, 3.7, y + 0.1) if i % 2 else (-3.7, y + 0.1, 4.0, y)
-            for i, y in enumerate(np.arange(0.5, 5.5, 0.5).tolist())
-        ]
-        # Each floor runs down to a gap on alternating sides; closing one closes the maze.
-        assert verdict(box(walls=floors)) == ""
-        closed = [*floors[:-1], (-4.0, 5.1, 4.0, 5.1)]
-        assert verdict(box(walls=closed)) == "cannot pass"
 
     def test_a_ball_too_small_to_check_the_way_of_is_refused(self) -> None:
         error = refusal(box(radius=0.001))
@@ -405,56 +428,6 @@ class TestMissing:
             error = refusal(changed(form, ("bins", "edges"), edges))
             assert error.field == f"bins.edges[{index}]"
             assert f"bins.edges[{index}] is {edges[index]}: a ball can miss the bins" in str(error)
-
-    def test_walls_must_reach_down_to_the_bins(self) -> None:
-        form = box([(0.0, 3.0, 0.1)])
-        assert verdict(changed(form, ("walls", 1, "y2"), 5.95)) == ""
-        assert verdict(changed(form, ("walls", 1, "y2"), 5.5)) == "miss the bins"
-
-    def test_walls_must_reach_up_to_where_a_ball_could_leave(self) -> None:
-        form = box([(0.0, 3.0, 0.1)])
-        assert verdict(changed(form, ("walls", 0, "y1"), 0.05)) == ""
-        assert verdict(changed(form, ("walls", 0, "y1"), 2.0)) == "miss the bins"
-
-    @pytest.mark.parametrize(
-        ("gap", "answer"), [(2 * R - 0.001, ""), (2 * R + 0.001, "miss the bins")]
-    )
-    def test_a_gap_in_a_wall_loses_a_ball_only_if_it_fits_through(
-        self, gap: float, answer: str
-    ) -> None:
-        form = box([(0.0, 1.0, 0.1)], [(-4.0, 3.0 + gap, -4.0, 6.0)])
-        assert verdict(changed(form, ("walls", 0, "y2"), 3.0)) == answer
-
-    @pytest.mark.parametrize(
-        ("gap", "answer"), [(2 * R - 0.001, ""), (2 * R + 0.001, "miss the bins")]
-    )
-    def test_a_fence_of_pegs_keeps_a_ball_exactly_if_dense_enough(
-        self, gap: float, answer: str
-    ) -> None:
-        radius, pitch = 0.05, gap + 2 * 0.05
-        count = int(7.0 / pitch) + 1
-        fence = [(s * 4.0, -0.5 + i * pitch, radius) for s in (-1, 1) for i in range(count)]
-        assert verdict(box([(0.0, 3.0, 0.1), *fence], sides=False)) == answer
-
-    def test_with_no_walls_a_ball_that_falls_straight_cannot_miss(self) -> None:
-        assert verdict(box(sides=False)) == ""
-        assert verdict({**box(sides=False), "drop": {"x": 3.0, "jitter": 1.5}}) == "miss the bins"
-
-    def test_with_no_walls_the_farthest_throw_decides(self) -> None:
-        # A peg whose lowest contact is h below the start throws no farther than 2 sqrt(6 h) m.
-        def far(y: float) -> float:
-            return 0.2 + 2.0 * math.sqrt(6.0 * (y + 0.2))
-
-        for y in (0.3, 0.4, 0.5):
-            form = box([(0.0, y, 0.1)], sides=False)
-            wide = changed(form, ("bins", "edges"), [-far(y) - 1e-6, 0.0, far(y) + 1e-6])
-            narrow = changed(form, ("bins", "edges"), [-far(y) + 1e-3, 0.0, far(y) + 1e-6])
-            assert verdict(wide) == ""
-            assert verdict(narrow) == "miss the bins"
-
-    def test_the_design_s_example_needs_no_right_wall(self) -> None:
-        assert verdict(EXAMPLE) == ""
-        assert verdict(changed(EXAMPLE, ("bins", "edges"), [-4.0, -3.5, 3.5])) == "miss the bins"
 
 
 @pytest.mark.parametrize("excess", [0.0, 5e-10, -5e-10])
