@@ -159,7 +159,6 @@ format: $(VENV)/.stamp-lint
 
 # Updates the output and pictures of the examples in the README and docs/pictures.md.
 readme: $(VENV)/.stamp-test
-	$(BIN)/python -m tools.reference
 	$(BIN)/python -m tools.board_form
 	CHROMIUM="$$(tools/chromium)" $(BIN)/python -m tools.readme
 

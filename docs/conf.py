@@ -4,12 +4,30 @@ Sphinx builds it, and MyST reads the Markdown that the repository shows. The bui
 between pages; `make links` checks links to other sites.
 """
 
+import re
+import sys
+from pathlib import Path
+
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 from plinko import engine
+from plinko.app import settings
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.harness import recorded  # noqa: E402
+from tools import reference  # noqa: E402
+
+DRAWN = {
+    "measured": recorded.site_text,
+    "python-reference": reference.text,
+    "server": settings.table,
+}
+"""By page, what the site shows at its line `<!-- drawn on the site -->`."""
 
 project = "Plinko"
 author = "The Plinko server authors"
@@ -49,14 +67,13 @@ def _formula(writer: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-def _outside_the_contents(app: Sphinx, _doctree: nodes.document) -> None:
-    """Records of measurements are reached from the pages that quote them."""
-    name = app.env.docname
-    if name.startswith("measured/"):
-        app.env.metadata[name]["orphan"] = "true"
+def _draw(_app: Sphinx, page: str, source: list[str]) -> None:
+    if page in DRAWN:
+        source[0] = source[0].replace("<!-- drawn on the site -->", DRAWN[page]())
+    source[0] = re.sub(r"\]\(measured/([\w-]+)\.json\)", r"](measured.md#\1)", source[0])
 
 
 def setup(app: Sphinx) -> None:
     """Sphinx calls this first."""
     app.add_html_math_renderer("mathml", (_inline_formula, None), (_formula, None))
-    app.connect("doctree-read", _outside_the_contents)
+    app.connect("source-read", _draw)

@@ -1,4 +1,4 @@
-"""Writes docs/python-reference.md from the sources: `python -m tools.reference`.
+"""The Python reference, made from the sources: the site shows it in docs/python-reference.md.
 
 Each name has its arguments with types and defaults, its members, and their docstrings.
 """
@@ -10,12 +10,10 @@ import sys
 import textwrap
 from collections.abc import Iterator
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import plinko
 
-PAGE = Path(__file__).parents[1] / "docs" / "python-reference.md"
 WIDTH = 96
 
 GROUPS = {
@@ -56,19 +54,10 @@ INTERNAL = {
 }
 """By class, the members that only Plinko itself uses."""
 
-_HEAD = """\
-# The Python reference
-
-For Python programmers: every public name of `plinko` in one list, with types and docstrings.
-
-[The Python interface](python.md) introduces the names. `make readme` makes this page from the
-sources.
-"""
-
 
 def text() -> str:
-    """The page."""
-    parts = [_HEAD]
+    """All names in Markdown."""
+    parts = []
     for title, names in GROUPS.items():
         parts.append(f"## {title}\n")
         parts += map(_entry, names)
@@ -196,7 +185,3 @@ def _section(name: str, words: str, lines: list[str]) -> str:
 
 def _node(value: Any) -> Any:
     return ast.parse(textwrap.dedent(inspect.getsource(value))).body[0]
-
-
-if __name__ == "__main__":
-    PAGE.write_text(text(), encoding="utf-8")

@@ -5,22 +5,22 @@
 
 names a file of docs/measured and a table in it, by its title or the beginning of its title. A page
 that does not show the whole table lists rows, by their first cells, and columns other than the
-first. Two more comments are filled: `machines` lists the machines that measured, and `multiplied`
-has the tables that docs/scale.md derives.
+first. The file `estimates` has what docs/growing.md extrapolates from the others.
 """
 
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from benchmarks.harness.effort import MissingError
-from benchmarks.harness.recorded import DOCS, FOLDER, Recorded, read
-from benchmarks.harness.report import Table
+from benchmarks.harness.recorded import DOCS, FOLDER, read, tables_of, text_of
+from benchmarks.harness.report import Section, Table
 from benchmarks.scale.estimates import tables, units_of
 
 README: Final = DOCS.parent / "README.md"
+ESTIMATES: Final = FOLDER / "estimates.json"
 
 _TABLE = re.compile(
     r"(<!-- table ([\w-]+): ([^|]*?)((?: \| .*?)?) -->\n).*?(<!-- /table -->)", re.DOTALL
@@ -28,14 +28,10 @@ _TABLE = re.compile(
 _SPREAD = re.compile(r" \([^()]* to [^()]*\)$")
 """The spread in a cell, which a file shows after the median and a page does not."""
 
-_OTHER = re.compile(r"(<!-- (machines|multiplied) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
-_MACHINE = re.compile(
-    r"^By .*? on: (processor .*, cores \d+).*?(, python .*?),.*, load (.*)\.$", re.MULTILINE
-)
-
 
 def fill_all() -> list[Path]:
     """Fill the README and every page in docs; returns the pages that have changed."""
+    ESTIMATES.write_text(estimates(), encoding="utf-8")
     changed = []
     for page in (README, *sorted(DOCS.glob("*.md"))):
         old = page.read_text(encoding="utf-8")
@@ -44,6 +40,12 @@ def fill_all() -> list[Path]:
             page.write_text(new, encoding="utf-8")
             changed.append(page)
     return changed
+
+
+def estimates() -> str:
+    """The text of the file `estimates`."""
+    section = Section("estimates", tables(units_of(read())))
+    return text_of({"plots": []} | section.to_dict())
 
 
 def filled(text: str, place: Path, folder: Path = FOLDER) -> str:
@@ -55,14 +57,10 @@ def filled(text: str, place: Path, folder: Path = FOLDER) -> str:
 
     def table(found: re.Match[str]) -> str:
         begin, name, title, choice, end = found.groups()
-        part = _part(folder / f"{name}.md", title, _choices(choice), place)
+        part = _part(folder / f"{name}.json", title, _choices(choice), place)
         return f"{begin}\n{part}\n\n{end}"
 
-    def other(found: re.Match[str]) -> str:
-        begin, what, end = found.groups()
-        return f"{begin}\n{_OTHERS[what](folder)}\n\n{end}"
-
-    return _OTHER.sub(other, _TABLE.sub(table, text))
+    return _TABLE.sub(table, text)
 
 
 def _choices(text: str) -> dict[str, list[str]]:
@@ -73,7 +71,7 @@ def _choices(text: str) -> dict[str, list[str]]:
 
 def _part(file: Path, title: str, choices: dict[str, list[str]], place: Path) -> str:
     """A caption with a link to the file, and the chosen part of the table without spreads."""
-    recorded = Recorded(file.read_text(encoding="utf-8") if file.exists() else "")
+    recorded = tables_of([file])
     rows = recorded.rows(title)
     if not rows:
         return f"*Not measured yet: `python -m benchmarks {file.stem} --record`.*"
@@ -91,28 +89,3 @@ def _chosen(there: Sequence[str], asked: Sequence[str] | None, title: str) -> Se
     if missing:
         raise MissingError(f"the table {title!r} has no {missing}")
     return there if asked is None else asked
-
-
-def _machines(folder: Path) -> str:
-    """A list of the machines that measured the recorded files, with the load during each."""
-    found: dict[str, list[str]] = {}
-    for file in sorted(folder.glob("*.md")):
-        about = _MACHINE.search(file.read_text(encoding="utf-8"))
-        if about:
-            found.setdefault(about[1] + about[2], []).append(
-                f"[{file.stem}](measured/{file.name}) {about[3]}"
-            )
-    lines = (f"- {about}; load: {', '.join(files)}." for about, files in found.items())
-    return "\n".join(lines)
-
-
-def _multiplied(folder: Path) -> str:
-    """The tables that docs/scale.md derives, without the first, which repeats other files."""
-    _costs, *derived = tables(units_of(read(folder)))
-    return "\n\n".join("#" + table.text() for table in derived)
-
-
-_OTHERS: Final[dict[str, Callable[[Path], str]]] = {
-    "machines": _machines,
-    "multiplied": _multiplied,
-}

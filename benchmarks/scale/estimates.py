@@ -116,7 +116,7 @@ def _relayed(page: Recorded) -> tuple[float, float, float]:
 
 
 def tables(cost: Units) -> list[Table]:
-    """The tables of docs/scale.md."""
+    """The tables of the record `estimates`."""
     spectators = [_spectators(cost)] if cost.streams or cost.relayed else []
     return [_costs(cost), *spectators, _rooms(cost), _drops(cost), _first(cost)]
 

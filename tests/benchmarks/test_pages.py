@@ -9,7 +9,7 @@ from benchmarks import suite
 from benchmarks.__main__ import main
 from benchmarks.harness import pages, recorded
 from benchmarks.harness.effort import Effort, MissingError
-from benchmarks.harness.recorded import DOCS, FOLDER, IMAGES
+from benchmarks.harness.recorded import DOCS, IMAGES
 from benchmarks.harness.report import Section, Table
 
 TABLE = Table("Speed on 2 cores", ["who", "s", "m"], [["a", "1", "2"], ["b", "3", "4"]], ["Why."])
@@ -38,7 +38,7 @@ def shown(comment: str, folder: Path) -> str:
 def test_a_page_keeps_its_words_and_shows_the_table(measured: Path) -> None:
     text = shown("drop: Speed", measured)
     assert text.startswith("Words.\n<!-- table drop: Speed -->\n")
-    assert "[Speed on 2 cores](measured/drop.md):\n\n| who |" in text
+    assert "[Speed on 2 cores](measured/drop.json):\n\n| who |" in text
     assert text.endswith("<!-- /table -->\nMore.\n")
     assert "old" not in text
     assert pages.filled(text, measured.parent, measured) == text
@@ -50,25 +50,40 @@ def test_a_page_may_show_some_rows_and_columns_in_its_own_order(measured: Path) 
     assert lines == ["|who|m|", "|---|:|", "|b|4|", "|a|2|"]
 
 
-def test_a_record_says_on_what_and_how_long(measured: Path) -> None:
-    text = (measured / "drop.md").read_text()
-    assert text.startswith("# Measured: drop\n\nBy `python -m benchmarks drop` in 3 s, on: ")
-    assert text.endswith("| b   | 3 | 4 |\n\nWhy.\n")
-    page = pages.filled("<!-- machines -->\n<!-- /machines -->", measured.parent, measured)
-    assert "- processor P, cores 2, python 3; load: [drop](measured/drop.md) 0.1." in page
+@pytest.mark.parametrize("choice", ["rows: c", "columns: x"])
+def test_a_row_or_a_column_that_is_not_recorded_is_named(choice: str, measured: Path) -> None:
+    with pytest.raises(MissingError, match=r"'Speed' has no \['[cx]'\]"):
+        shown(f"drop: Speed | {choice}", measured)
+
+
+@pytest.mark.parametrize(("name", "title"), [("drop", "Slow"), ("other", "Speed")])
+def test_a_page_says_which_table_is_not_measured_yet(name: str, title: str, measured: Path) -> None:
+    text = shown(f"{name}: {title}", measured)
+    assert f"*Not measured yet: `python -m benchmarks {name} --record`.*" in text
+
+
+def test_the_site_shows_each_record_with_its_machine_and_plots(measured: Path) -> None:
+    text = recorded.site_text(measured)
+    assert text.startswith("## drop\n\nBy `python -m benchmarks drop` in 3 s, on: processor P, ")
+    assert text.endswith("| b   | 3 | 4 |\n\nWhy.")
+
+
+def test_a_file_has_a_line_for_each_row(measured: Path) -> None:
+    text = (measured / "drop.json").read_text()
+    assert '    ["a", "1", "2"],\n    ["b", "3", "4"]\n' in text
 
 
 def test_pages_are_as_recorded() -> None:
+    assert pages.ESTIMATES.read_text(encoding="utf-8") == pages.estimates()
     for page in (pages.README, *DOCS.glob("*.md")):
         text = page.read_text(encoding="utf-8")
         assert pages.filled(text, page.parent) == text, "python -m benchmarks pages writes it"
 
 
 def test_every_plot_that_is_kept_is_recorded() -> None:
-    text = "".join(file.read_text(encoding="utf-8") for file in FOLDER.glob("*.md"))
     kept = sorted(path.name for path in IMAGES.glob("bench-*.png"))
     assert kept
-    assert [name for name in kept if f"](../images/{name})" not in text] == []
+    assert [name for name in kept if f"](images/{name})" not in recorded.site_text()] == []
 
 
 def test_a_benchmark_prints_and_records(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,8 +100,7 @@ def test_a_benchmark_prints_and_records(tmp_path: Path, monkeypatch: pytest.Monk
     options = ["--rounds", "2", "--record"]
     done = CliRunner().invoke(main, ["drop", *options])
     assert "## Speed on 2 cores" in done.stdout
-    text = (tmp_path / "measured" / "drop.md").read_text()
-    assert text.endswith("![plot](../images/plot.png)\n")
+    assert recorded.site_text(tmp_path / "measured").endswith("![plot](images/plot.png)")
     assert (tmp_path / "images" / "plot.png").exists()
     everything = CliRunner().invoke(main, ["all", *options])
     assert everything.exit_code == 1
