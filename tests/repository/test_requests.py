@@ -1,4 +1,4 @@
-"""Each request in docs/requests.md is sent, and the response is the one that the page shows.
+"""Each request in docs/api.md is sent, and the response is the one that the page shows.
 
 An ```http block has a request, and the ```json block after it the response. In a response, "…"
 stands for any value, as the last item of a list for any further items, and as a key for any further
@@ -15,7 +15,7 @@ import pytest
 
 from tests.kit.serving import serving
 
-PAGE = Path(__file__).parents[2] / "docs" / "requests.md"
+PAGE = Path(__file__).parents[2] / "docs" / "api.md"
 _BLOCK = re.compile(
     r"```http\n(?P<request>.*?)```\n\n(?P<status>\d{3}).*?\n\n```json\n(?P<says>.*?)```", re.S
 )
