@@ -352,7 +352,7 @@ def options() -> tuple[Option, ...]:
 
 
 def table() -> str:
-    """The table of settings in Markdown, for docs/api.md."""
+    """The table of settings in Markdown, which the site shows in docs/server.md."""
     lines = ["| flag of `plinko serve` | environment | default | meaning |", "|---|---|---|---|"]
     for row in options():
         shown = ",".join(row.default) if isinstance(row.default, tuple) else str(row.default)

@@ -116,8 +116,7 @@ def test_the_table_of_errors_has_every_code_at_its_status() -> None:
     missing = {
         response.code: response.status
         for response in RESPONSES.values()
-        if response.code not in socket_only
-        and (str(response.status), response.code) not in table
+        if response.code not in socket_only and (str(response.status), response.code) not in table
     }
     assert missing == {}
 
