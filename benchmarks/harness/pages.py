@@ -77,9 +77,10 @@ def _part(file: Path, title: str, choices: dict[str, list[str]], place: Path) ->
         return f"*Not measured yet: `python -m benchmarks {file.stem} --record`.*"
     first, *others = rows[0]
     columns = [first, *_chosen(others, choices.get("columns"), title)]
-    by_name = {row[first]: row for row in rows}
-    shown = [by_name[name] for name in _chosen(list(by_name), choices.get("rows"), title)]
-    cells = [[_SPREAD.sub("", row[column]) for column in columns] for row in shown]
+    if wanted := choices.get("rows"):
+        by_name = {row[first]: row for row in rows}
+        rows = [by_name[name] for name in _chosen(list(by_name), wanted, title)]
+    cells = [[_SPREAD.sub("", row[column]) for column in columns] for row in rows]
     link = Path(os.path.relpath(file, place)).as_posix()
     return f"[{recorded.title(title)}]({link}):\n\n{Table('', columns, cells).body()}"
 
