@@ -1,6 +1,6 @@
 """Rolling, sliding and notches: a part of the solver in reproduce.md, whose names it uses.
 
-The page calls `contact` and `meet`. A test runs the page's blocks and this file in one namespace.
+reproduce_drop.py calls `contact` and `meet`; all of them share one namespace.
 """
 
 # A ball on a surface moves by power series of degree 20 in time. Each stretch begins with new series

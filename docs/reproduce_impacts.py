@@ -1,8 +1,8 @@
 """When a ball hits a circle or a line: the searches of the solver in reproduce.md.
 
-The page's blocks define the other names that this file uses, and call `circle_hit`, `circle_hit_again`,
+reproduce_drop.py defines the other names that this file uses, and calls `circle_hit`, `circle_hit_again`,
 `circle_hit_after_lifting`, `circle_hit_after_rolling`, `line_hit`, `line_hit_again`, `wall_hit` and
-`foot_inside`. A test runs the blocks and this file in one namespace.
+`foot_inside`. All of them share one namespace.
 """
 
 LEAST_X = -4.0  # below, Halley's step is less than two thirds of the way to the parabola's root

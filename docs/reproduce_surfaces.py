@@ -1,7 +1,6 @@
 """Which surface owns each point of a board's boundary: a part of the solver in reproduce.md.
 
-The page calls `lay_out`, `is_flush` and `rounding`. A test runs the page's blocks and this file in one
-namespace.
+reproduce_drop.py calls `lay_out`, `is_flush` and `rounding`; all of them share one namespace.
 """
 
 
