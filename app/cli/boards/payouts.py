@@ -10,8 +10,10 @@ import click
 
 from plinko.app.batches.files import write_whole
 from plinko.app.cli import common
+from plinko.app.cli.boards.odds import read_record, save_record
 
 if TYPE_CHECKING:
+    from plinko.engine.batches.workers import Workers
     from plinko.engine.payouts.odds import Odds
     from plinko.engine.payouts.solve import Payouts
 
@@ -44,6 +46,16 @@ if TYPE_CHECKING:
     type=click.Path(dir_okay=False, path_type=Path),
     help="Write the board with the new table as JSON.",
 )
+@click.option(
+    "--record",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Solve all tables of a world's preset, such as moon-16, and note the drops in this file.",
+)
+@click.option(
+    "--tables",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="The file of the worlds' tables; needs --record.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -53,6 +65,8 @@ def command(
     threads: int | None,
     cluster: str | None,
     out: Path | None,
+    record: Path | None,
+    tables: Path | None,
     as_json: bool,
 ) -> None:
     """Solve the payout table of BOARD for a return such as 0.99.
@@ -61,9 +75,20 @@ def command(
     interval); boards with rare bins that pay much need very many. It also counts each aim of a
     player. As many drops of later seeds then measure the return of the new table. Warnings name
     bins that too few drops have hit, and a table that is not monotone.
+
+    With --record and --tables, the same drops solve the tables of every risk of a world's preset,
+    for a return of 0.99. As many drops of later seeds judge them. Both files are rewritten:
+    engine/payouts/record.json and engine/board/worlds.json.
     """
     from plinko.engine.payouts.solve import MOST, solve_payouts
 
+    if (record is None) != (tables is None):
+        raise click.UsageError("--record and --tables belong together: name both files")
+    if record is not None and (drops or out or as_json or (returned, risk) != (0.99, "medium")):
+        raise click.UsageError(
+            "--record solves the tables of every risk for a return of 0.99: omit --return, --risk, "
+            "--drops, --out and --json"
+        )
     shown = click.progressbar(length=1, label="drops", file=sys.stderr)
     with (
         common.workers(cluster, threads) as workers,
@@ -77,6 +102,9 @@ def command(
             bar.label = f"{done:,} of {of:,} drops"
             bar.update(done - bar.pos)
 
+        if record is not None and tables is not None:
+            _solve_world(record, tables, board, workers)
+            return
         found = solve_payouts(
             common.load_board(board),
             returned=returned,
@@ -93,6 +121,27 @@ def command(
         _show(found)
     for warning in found.warnings:
         common.echo(f"warning: {warning}", err=True)
+
+
+def _solve_world(record: Path, tables: Path, name: str, workers: "Workers") -> None:
+    """Solve and judge the tables of a world's preset; write the drops and the tables."""
+    from plinko.engine.board import worlds as shipped
+    from plinko.engine.board.payouts import both_halves
+    from plinko.engine.board.presets import HOUSE, VARIANTS
+    from plinko.engine.payouts import worlds
+    from plinko.engine.payouts.odds import odds_of
+
+    variant = VARIANTS.get(name)
+    if variant is None or variant.world == HOUSE or variant.plain != name:
+        raise click.UsageError(f"--record needs a world's preset, such as moon-16, not {name!r}")
+    known = read_record(record)
+    counted, solved = worlds.solve_world(name, workers)
+    write_whole(tables, worlds.to_text({**shipped.tables(), **solved}).encode())
+    save_record(record, {**known, name: counted})
+    for table, (_, half) in solved.items():
+        odds = odds_of(counted.fresh(table)[0], both_halves(half, variant.rows))
+        pays = ", ".join(f"{each:g}" for each in half)
+        common.echo(f"{table}: {pays}; return {_returned(odds)}")
 
 
 def _show(found: "Payouts") -> None:

@@ -16,6 +16,7 @@ import pytest
 from plinko.app.cli import main
 from plinko.app.webhooks.targets import read_targets
 from plinko.engine import Board, drop
+from plinko.engine.payouts.record import shipped, to_text
 
 NAME = "Łódź 😀 é"
 BOARD = Board.triangle(4).replace(name=NAME)
@@ -76,6 +77,13 @@ def test_a_batch_s_result_may_have_any_encoding(
     path = write("result.json", text)
     assert run(capsys, "merge", path, "--json") == text
     assert run(capsys, *few, "--resume", path) == text
+
+
+def test_a_record_of_returns_may_have_any_encoding(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write("record.json", to_text(shipped()))
+    assert run(capsys, "odds", "--record", path) == run(capsys, "odds")
 
 
 def test_weights_may_have_any_encoding(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
