@@ -126,6 +126,31 @@ def take(address: str, folder: Path, names: list[str] | None = None) -> None:
             page.close()
 
 
+def film(path: Path) -> None:
+    """Twenty balls on sixteen rows in ten seconds, drawn by the product's own stage."""
+    import numpy as np
+    from PIL import Image
+
+    from plinko import drop
+    from plinko.app.render import Stage
+
+    drops = [drop("triangle-16", seed=seed) for seed in range(20)]
+    stage, frames = Stage(drops[0].board, width=640, title=""), []
+    for now in np.arange(0.0, 10.0, 0.05):
+        ages = {number: now - 0.27 * number for number in range(len(drops))}
+        falling = [n for n, age in ages.items() if 0.0 <= age < drops[n].duration]
+        bodies = np.zeros(len(falling), [("id", "i4"), ("x", "f8"), ("y", "f8"), ("theta", "f8")])
+        trails = {}
+        for row, number in enumerate(falling):
+            states = drops[number].states(np.maximum(ages[number] - np.arange(12) / 60.0, 0.0))
+            bodies[row] = number, states["x"][0], states["y"][0], states["theta"][0]
+            trails[number] = np.column_stack([states["x"], states["y"]])
+        lit = {drops[n].bin for n, age in ages.items() if 0.0 <= age - drops[n].duration < 0.4}
+        pixels = stage.frame(bodies, trails=trails, lit=lit)
+        frames.append(Image.fromarray(pixels[int(stage.view.header) :]))
+    frames[0].save(path, append_images=frames[1:], duration=50, loop=0, quality=60, method=4)
+
+
 def show(page: "Page", count: int) -> None:
     """Wait for `count` frames."""
     from tests.browser.screen import frames
@@ -167,6 +192,7 @@ def main() -> None:
     """Start a server and photograph the scenes named on the command line, or all."""
     from tools.readme import IMAGES, ROOT
 
+    film(ROOT / IMAGES / "film.webp")
     with ServerProcess("sqlite://") as server:
         take(server.url, ROOT / IMAGES, sys.argv[1:])
 
