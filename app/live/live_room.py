@@ -248,13 +248,13 @@ class LiveRoom(ABC):
             await self.settled()
             if self.gone is not None:
                 raise ClosedRoomError(f"room {self.id!r} was closed meanwhile")
-            yield self._open_results()
+            yield self.open_results()
 
     @abstractmethod
     async def settled(self) -> None:
         """Return when all inputs until now have entered or were refused; raises LedgerError."""
 
-    def _open_results(self) -> list[ResultRow]:
+    def open_results(self) -> list[ResultRow]:
         """The results of the balls in flight; none where balls touch."""
         return []
 
@@ -267,10 +267,6 @@ class LiveRoom(ABC):
         self._leave_behind(why)
         self._begin(room)
         self.audience.begin(room, self._context.new_id())
-
-    def give_up(self, why: str) -> None:
-        """Announce that the room has failed and pays back the stakes of the balls in flight."""
-        self.audience.broadcast(list(self.room.give_up(why)), with_snapshot=False)
 
     def leave(self, error: AppError) -> None:
         """The room is no longer at this server: callers that wait, and later ones, get `error`."""

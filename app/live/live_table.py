@@ -41,7 +41,8 @@ _LARGE: Final = 500  # pegs and walls of a board whose arrays take more than 1 m
 class _Coming:
     """A fact whose ball is about to enter; its caller waits for `entered`."""
 
-    request: NewDrop
+    fact: DropRow
+    receipt: ReceiptRow | None
     flight: Flight
     path: Path | None
     player: Player
@@ -155,11 +156,12 @@ class LiveTable(LiveRoom):
         self, room: IndependentRoom, request: NewDrop, player: Player
     ) -> messages.Accepted:
         """Compute the flight of a new fact, let its ball enter, and announce it."""
-        assert request.fact is not None
+        fact = request.fact
+        assert fact is not None
         async with self._in_order:
             try:
-                flight = await fly(room.board, room.start_of(request.fact))
-                path = await cut(request.fact, flight, room.tick_rate)
+                flight = await fly(room.board, room.start_of(fact))
+                path = await cut(fact, flight, room.tick_rate)
             except Exception as error:
                 self._runner.fail(self, error)
                 raise (self.gone or error) from error
@@ -168,8 +170,8 @@ class LiveTable(LiveRoom):
             if self.room is not room:
                 raise ResetError(f"room {self.id!r} was reset", field="room")
             entered = asyncio.get_running_loop().create_future()
-            self._coming.append(_Coming(request, flight, path, player, entered))
-        self._catch_up(request.fact.tick)
+            self._coming.append(_Coming(fact, request.receipt, flight, path, player, entered))
+        self._catch_up(fact.tick)
         self._runner.guarded(self, self._admit)
         self._runner.run(self)
         return await cast("asyncio.Future[messages.Accepted]", entered)
@@ -177,13 +179,9 @@ class LiveTable(LiveRoom):
     def _admit(self) -> None:
         """Let the balls enter whose tick has come, and announce them."""
         room = self.room
-        while self._coming:
-            fact = self._coming[0].request.fact
-            assert fact is not None
-            if fact.tick > room.world.tick:
-                return
+        while self._coming and self._coming[0].fact.tick <= room.world.tick:
             coming = self._coming[0]
-            accepted = room.enter(fact, coming.flight, coming.request.receipt, coming.path)
+            accepted = room.enter(coming.fact, coming.flight, coming.receipt, coming.path)
             self._coming.popleft()
             own = cast(messages.Accepted, self._announce(room.seq, coming.player, accepted))
             if not coming.entered.done():
@@ -206,8 +204,8 @@ class LiveTable(LiveRoom):
         room, before, now = self.room, self.room.world.tick, self.clock.tick
         # Only the snapshot stream has contacts and flags bounces.
         watched = self._context.audiences.hub.count(self.id, messages.SNAPSHOTS) > 0
-        while self._coming and (at := self._coming[0].request.fact) is not None and at.tick <= now:
-            self._publish(room.advance(at.tick, watched=watched))
+        while self._coming and (entry := self._coming[0].fact.tick) <= now:
+            self._publish(room.advance(entry, watched=watched))
             self._admit()
         events = room.advance(now, watched=watched)
         moved = room.world.tick > before
@@ -240,8 +238,12 @@ class LiveTable(LiveRoom):
             await self._persistence.ledger.commit()  # decides all earlier drops
             await self._none_under_way.wait()
 
-    def _open_results(self) -> list[ResultRow]:
-        return self.room.open_results()
+    def open_results(self) -> list[ResultRow]:
+        # Only a room that has failed still has balls that could not enter, or results not kept.
+        room = self.room
+        late = [room.result(each.fact, each.flight) for each in self._coming]
+        known = [*late, *room.take_results(), *room.open_results()]
+        return list({each.ball: each for each in known}.values())
 
     def land_all(self) -> None:
         landed = self.room.land_all()

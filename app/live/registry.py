@@ -37,6 +37,7 @@ from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.kinds import INDEPENDENT, BallLimits, make_room
+from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.room import Basis, Room
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
@@ -46,7 +47,7 @@ from plinko.engine import Board
 from plinko.engine.errors import EffortError
 
 _FAILED = "its room failed"
-"""Why the drops that were in flight have no bin, in their results."""
+"""Why drops whose flights were not known have no bin, in their results."""
 
 _FOLLOW = 0.5  # s between two readings of other servers' orders from the ledger
 
@@ -308,13 +309,19 @@ class Rooms:
         live.restart(new, ResetError(f"room {live.id!r} was reset by its creator"))
 
     def _close(self, failed: Running, why: Exception) -> None:
-        """Close a room that has failed: pay back the stakes in flight, and tell its clients."""
+        """Close a room that has failed, with the results that its facts have, and tell its clients.
+
+        The stakes of drops whose flights are not known are paid back.
+        """
         live = self._open.in_memory[failed.id]
         reason = f": {why}" if isinstance(why, EffortError) else ""
         error = AppError(f"room {live.id!r} failed and was closed{reason}")
-        live.give_up(_FAILED)
+        results: Sequence[ResultRow] = ()
+        with contextlib.suppress(Exception):  # perhaps the room failed because this does
+            results = live.open_results()
+            live.land_all()
+        self.persistence.abandon(live.room, results, _FAILED)
         self._forget(live, error)
-        self.persistence.abandon(live.room, _FAILED)
         self.hub.close(live.id, error)
         self.stored.let_go(live.id)
 

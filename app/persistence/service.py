@@ -111,12 +111,13 @@ class PersistenceService:
         await self.ledger.commit(*self.runs.closing(room, results))
         self.runs.forget(room)
 
-    def abandon(self, room: Room, why: str) -> None:
+    def abandon(self, room: Room, results: Sequence[ResultRow], why: str) -> None:
         """End the run of a room that failed. Drops without a result get their stake back."""
         record = self.runs.of(room)
         if record.known:
-            void = Void(record.number, room.world.tick, why)
-            self.runs.report([void, Close(record.number, room.world.tick, self.now())])
+            tick = max((each.tick for each in results), default=room.world.tick)
+            void, close = Void(record.number, tick, why), Close(record.number, tick, self.now())
+            self.runs.report([*results, void, close])
         self.runs.forget(room)
 
     def close(self, room: ListedRoom) -> None:

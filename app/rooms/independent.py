@@ -14,7 +14,7 @@ from plinko.app.protocol import messages, snapshots
 from plinko.app.protocol.paths import LONG, Path, current_parts, due_parts, path_of
 from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.drop_format import DropFormat
-from plinko.app.rooms.outcome import accepted_of, landed_of, result_of, void_of
+from plinko.app.rooms.outcome import accepted_of, landed_of, result_of
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.records import DropRow, ReceiptRow, ResultRow, TableState
 from plinko.app.rooms.room import QUIET, Room
@@ -242,13 +242,6 @@ class IndependentRoom(Room):
             index=contact.index,
             speed=contact.speed,
         )
-
-    def give_up(self, why: str) -> list[messages.Landed]:
-        tick = self.world.tick
-        return [
-            landed_of(self.board, fact, void_of(fact, tick, why))
-            for fact, _ in self._flying.values()
-        ]
 
     # Loading.
 

@@ -227,13 +227,6 @@ class Room(ABC):
         """Number of path events in memory."""
         return 0
 
-    def give_up(self, why: str) -> list[messages.Landed]:
-        """The landings of drops that will never land: no bin, and the stake paid back.
-
-        Called for a room that has failed, so it must not use the room's solver.
-        """
-        return []
-
     def _note_bounces(self) -> None:
         bodies = self.world.bodies
         self._bounced.update(bodies["id"][bodies["bounced"] != 0].tolist())

@@ -158,15 +158,3 @@ def test_a_delayed_landing_is_sent_with_the_next_event() -> None:
     watched.drop(9)
     landed, accepted = ear.messages[-1]
     assert (landed["type"], accepted["type"]) == ("landed", "accepted")
-
-
-def test_voided_drops_are_sent_before_their_room_closes() -> None:
-    watched = Watched()
-    ear = watched.join()
-    watched.drop(7)
-    watched.tick()
-    watched.audience.broadcast(list(watched.room.give_up("the room failed")))
-    watched.audience.release()
-    landed = ear.events[-1]
-    assert (landed["ball"], landed["bin"], landed["score"]) == (0, None, 1.0)
-    assert (landed["digest"], landed["unsettled"]) == (None, "the room failed")

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from plinko.app.errors import DamagedRoomError
+from plinko.app.errors import AppError, DamagedRoomError
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.persistence import room_runs
 from plinko.app.persistence.room_log import RoomLogs
@@ -315,38 +315,55 @@ async def test_a_damaged_list_of_rooms_refuses_the_start(played: Played, tmp_pat
 
 
 @on_sqlite
-async def test_drops_of_a_room_that_failed_get_their_stake_back(
-    url: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("bug", ["step", "enter", "result"])
+async def test_drops_of_a_room_that_failed_are_paid_as_their_flights_say(
+    url: str, bug: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The third fact's ball is in flight or could not enter. Who cannot land pays back."""
     async with living(url) as life:
         room = await life.rooms.create(BOARD, INDEPENDENT)
         await life.drop(room, 1, stake=100)
         await life.rest()
-        for seed in (2, 3):
-            await life.drop(room, seed, stake=seed)
+        await life.drop(room, 2, stake=200)
         number = life.rooms.persistence.runs.of(room.room).number
 
-        def fail(world: Any) -> None:
+        result = type(room.room).result
+
+        def fail(*_: object, **__: object) -> None:
             raise ZeroDivisionError("a bug")
 
-        monkeypatch.setattr(type(room.room.world), "step", fail)
-        life.tick(1)
+        if bug == "enter":
+            monkeypatch.setattr(type(room.room), bug, fail)
+            with pytest.raises(AppError, match="failed and was closed"):
+                await life.drop(room, 3, stake=300)
+        else:
+            await life.drop(room, 3, stake=300)
+            monkeypatch.setattr(type(room.room.world), "step", fail)
+            monkeypatch.setattr(type(room.room), "result", fail if bug == "result" else result)
+            life.tick(1)
         assert not life.rooms.is_open(room.id)
         await life.leave()
     monkeypatch.undo()
-    (_, won), *lost = kept(url, number)
-    assert won is not None
-    assert won.digest
-    for row, result in lost:
+    drops = kept(url, number)
+    assert [row.seed for row, _ in drops] == [1, 2, 3]
+    for row, result in drops:
         assert result is not None
-        assert (result.bin, result.payout, result.unsettled) == (None, row.stake, "its room failed")
+        if bug == "result" and row.seed != 1:
+            assert (result.bin, result.digest, result.payout) == (None, "", row.stake)
+            assert result.unsettled == "its room failed"
+        else:
+            flown = drop(BOARD, row.seed)
+            assert (result.bin, result.digest, result.unsettled) == (flown.bin, flown.digest, None)
+            assert result.payout == payout_of(row.stake, flown.score)
     async with living(url) as life:
         logs = RoomLogs(life.rooms.persistence.runs)
         found = await life.rooms.persistence.recovery.closed(room.id)
         assert found is not None
         pieces = await logs.read(found[1], "", marks=True, run=found[0])
         log = json.loads(b"".join([piece async for piece in pieces]))
-        assert [each["result"]["payout"] for each in log["drops"]][1:] == [2, 3]
+        assert [each["result"]["payout"] for each in log["drops"]] == [
+            result.payout for _, result in drops if result is not None
+        ]
         assert verify_log(log).ok
         log["drops"][2]["result"]["payout"] += 1
         assert verify_log(log).field == "drops[2].result.payout"
