@@ -104,18 +104,18 @@
  * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState items: only the first of those waiting
  * @typedef {{type: "notice", text: string | null, leaving?: boolean}} Notice what the operator announces, and whether the server is about to stop
  * @typedef {{type: "halted", halted: boolean}} Halted whether an operator has stopped the room from accepting drops
- * @typedef {object} Snapshot the balls of a room at one tick, as columns: ball i is ids[i], x[i], …
- * @property {number} tick
- * @property {number} seq events the room had sent when this was encoded, modulo 2^32
- * @property {number} count balls; the columns are reused and may be longer than this
- * @property {Uint16Array} ids ball id mod 65536
- * @property {Float64Array} x metres
- * @property {Float64Array} y metres, down
- * @property {Float64Array} angle radians, clockwise, within one turn
- * @property {Float64Array} vx m/s
- * @property {Float64Array} vy m/s
- * @property {Uint8Array} bounced 1 if the ball hit something since the previous snapshot
- * @property {Uint8Array} asleep 1 if the ball is at rest, in a room whose balls touch each other
+ * @typedef {object} SnapshotBall
+ * @property {number} id ball id mod 65536
+ * @property {number} x metres
+ * @property {number} y metres, down
+ * @property {number} angle radians, clockwise, within one turn
+ * @property {number} vx m/s
+ * @property {number} vy m/s
+ * @property {boolean} bounced whether the ball hit something since the previous snapshot
+ * @property {boolean} asleep whether the ball is at rest, in a room whose balls touch each other
+ *
+ * @typedef {{tick: number, seq: number, balls: SnapshotBall[]}} Snapshot of a room at one tick; seq: events the room had
+ *   sent when this was encoded, modulo 2^32
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
  *   | Presence | Missed | Halted | Notice | QueueState | SessionState | SessionEnded} TableMessage

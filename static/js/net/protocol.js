@@ -25,47 +25,29 @@ export class ProtocolError extends Error {}
  * @param {ArrayBuffer} buffer
  * @param {SnapshotScale} scale
  * @param {number} near a tick less than 2^31 away: the message has only the last 32 bits of its own
- * @param {Snapshot} [into] reused if it is large enough; its columns may then be longer than `count`
  * @returns {Snapshot}
  */
-export function decodeSnapshot(buffer, { extent, velocityScale }, near, into) {
+export function decodeSnapshot(buffer, { extent, velocityScale }, near) {
   const view = new DataView(buffer);
   const count = checkHeader(view);
-  const snapshot = into && into.ids.length >= count ? into : columns(count);
-  snapshot.tick = near + ((view.getUint32(4, true) - near) | 0);
-  snapshot.seq = view.getUint32(8, true);
-  snapshot.count = count;
   // The operations have the order of the server's decoder, so that both give the same bits.
   const across = extent.x_max - extent.x_min;
   const down = extent.y_max - extent.y_min;
-  for (let i = 0, at = HEADER_BYTES; i < count; i += 1, at += BALL_BYTES) {
-    snapshot.ids[i] = view.getUint16(at, true);
-    snapshot.x[i] = (view.getUint16(at + 2, true) / GRID) * across + extent.x_min;
-    snapshot.y[i] = (view.getUint16(at + 4, true) / GRID) * down + extent.y_min;
-    snapshot.angle[i] = view.getUint8(at + 6) * ((2 * Math.PI) / 256);
-    snapshot.bounced[i] = view.getUint8(at + 7) & BOUNCED;
-    snapshot.asleep[i] = (view.getUint8(at + 7) & ASLEEP) >> 1;
-    snapshot.vx[i] = view.getInt16(at + 8, true) * velocityScale;
-    snapshot.vy[i] = view.getInt16(at + 10, true) * velocityScale;
-  }
-  return snapshot;
-}
-
-/** @param {number} size balls @returns {Snapshot} */
-function columns(size) {
-  return {
-    tick: 0,
-    seq: 0,
-    count: 0,
-    ids: new Uint16Array(size),
-    x: new Float64Array(size),
-    y: new Float64Array(size),
-    angle: new Float64Array(size),
-    vx: new Float64Array(size),
-    vy: new Float64Array(size),
-    bounced: new Uint8Array(size),
-    asleep: new Uint8Array(size),
-  };
+  const balls = Array.from({ length: count }, (_, i) => {
+    const at = HEADER_BYTES + i * BALL_BYTES;
+    const flags = view.getUint8(at + 7);
+    return {
+      id: view.getUint16(at, true),
+      x: (view.getUint16(at + 2, true) / GRID) * across + extent.x_min,
+      y: (view.getUint16(at + 4, true) / GRID) * down + extent.y_min,
+      angle: view.getUint8(at + 6) * ((2 * Math.PI) / 256),
+      bounced: (flags & BOUNCED) !== 0,
+      asleep: (flags & ASLEEP) !== 0,
+      vx: view.getInt16(at + 8, true) * velocityScale,
+      vy: view.getInt16(at + 10, true) * velocityScale,
+    };
+  });
+  return { tick: near + ((view.getUint32(4, true) - near) | 0), seq: view.getUint32(8, true), balls };
 }
 
 /** @param {DataView} view @returns {number} how many balls follow */

@@ -14,9 +14,8 @@ const JUMP_SECONDS = 0.4; // a larger error (hidden tab, sleeping room) is corre
  * jitter, which the delay of the picture must cover.
  */
 export class TickClock {
-  #samples = new Float64Array(WINDOW);
-  #arrivals = new Float64Array(WINDOW);
-  #count = 0;
+  /** Offset: local time of arrival minus time of the tick. @type {{at: number, offset: number}[]} */
+  #samples = [];
   #shown = Number.NaN;
   #shownAt = 0;
 
@@ -28,14 +27,13 @@ export class TickClock {
 
   /** Forgets the offset, which changes when a room sleeps. */
   restart() {
-    this.#count = 0;
+    this.#samples = [];
   }
 
   /** @param {number} tick of a message @param {number} nowMs local time of its arrival */
   observe(tick, nowMs) {
-    this.#samples[this.#count % WINDOW] = nowMs - (tick * 1000) / this.rate;
-    this.#arrivals[this.#count % WINDOW] = nowMs;
-    this.#count += 1;
+    this.#samples.push({ at: nowMs, offset: nowMs - (tick * 1000) / this.rate });
+    if (this.#samples.length > WINDOW) this.#samples.shift();
   }
 
   /** How far the picture is behind the fastest delivery, in ticks. */
@@ -50,7 +48,7 @@ export class TickClock {
    * @param {number} nowMs
    */
   renderTick(nowMs) {
-    if (this.#count === 0) return Number.isNaN(this.#shown) ? 0 : this.#coast(nowMs);
+    if (this.#samples.length === 0) return Number.isNaN(this.#shown) ? 0 : this.#coast(nowMs);
     const ideal = ((nowMs - this.#range().least) * this.rate) / 1000 - this.delayTicks;
     const elapsed = ((nowMs - this.#shownAt) * this.rate) / 1000;
     const error = ideal - (this.#shown + elapsed);
@@ -72,15 +70,8 @@ export class TickClock {
   }
 
   #range() {
-    const kept = Math.min(this.#count, WINDOW);
-    const since = this.#arrivals[(this.#count - 1) % WINDOW] - WINDOW_MS;
-    let least = Number.POSITIVE_INFINITY;
-    let most = Number.NEGATIVE_INFINITY;
-    for (let i = 0; i < kept; i += 1) {
-      if (this.#arrivals[i] < since) continue;
-      least = Math.min(least, this.#samples[i]);
-      most = Math.max(most, this.#samples[i]);
-    }
-    return { least, most };
+    const since = (this.#samples.at(-1)?.at ?? 0) - WINDOW_MS;
+    const offsets = this.#samples.filter(({ at }) => at >= since).map(({ offset }) => offset);
+    return { least: Math.min(...offsets), most: Math.max(...offsets) };
   }
 }

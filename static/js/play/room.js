@@ -14,7 +14,7 @@ import { t } from "../texts/text.js";
 import { pause } from "../util/frame-loop.js";
 import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 
-/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, Snapshot, TableMessage } from "../model/messages.js" */
+/** @import { Accepted, BriefAccepted, BriefLanded, ClockMessage, Hello, Landed, Refusal, Missed, TableMessage } from "../model/messages.js" */
 /** @import { Ball, Solve } from "../model/table/table.js" */
 /** @import { BoardReply } from "../net/replies.js" */
 /** @import { SnapshotScale } from "../net/protocol.js" */
@@ -61,8 +61,6 @@ export class Room {
   #seq = 0;
   /** The room run and key by which a reconnect resumes this connection. @type {{run: string, key: string} | null} */
   #last = null;
-  /** @type {Snapshot | undefined} the last one: its arrays are reused */
-  #snapshot;
   #drops = 0;
   #practised = 0;
   #closed = false;
@@ -430,9 +428,9 @@ export class Room {
   #takeBytes(bytes) {
     if (!this.#visit) return;
     const { hello, table, clock, scale } = this.#visit;
-    this.#snapshot = decodeSnapshot(bytes, scale, this.tick ?? hello.tick, this.#snapshot);
-    this.tick = this.#snapshot.tick;
-    table.applySnapshot(this.#snapshot);
+    const snapshot = decodeSnapshot(bytes, scale, this.tick ?? hello.tick);
+    this.tick = snapshot.tick;
+    table.applySnapshot(snapshot);
     clock.observe(this.tick, performance.now());
     this.news.tell("picture", null);
   }

@@ -115,28 +115,20 @@ export class OwnBox {
     return true;
   }
 
-  /**
-   * Advances the box to a local time, and reports where the balls are.
-   * @param {number} nowMs
-   * @param {(ball: Seen) => void} see called for each ball, always with the same object
-   */
-  look(nowMs, see) {
+  /** Advances the box to a local time. @param {number} nowMs @returns {Seen[]} where the balls are */
+  look(nowMs) {
     const part = this.#advance(nowMs);
     const { table } = this.world.arena;
-    const seen = { id: 0, x: 0, y: 0, angle: 0, radius: 0, asleep: false };
-    for (let row = 0; row < table.n; row += 1) {
+    return Array.from({ length: table.n }, (_, row) => {
       const id = table.id(row);
       const [x, y, arc, radius] = table.pos.subarray(4 * row, 4 * row + 4);
       const angle = arc / radius;
       const [x0, y0, angle0] = this.#before.get(id) ?? [x, y, angle];
-      seen.id = id;
-      seen.x = x0 + part * (x - x0);
-      seen.y = y0 + part * (y - y0);
-      seen.angle = angle0 + part * (angle - angle0);
-      seen.radius = radius;
-      seen.asleep = table.isAsleep(row) && !this.world.holds(id);
-      see(seen);
-    }
+      return {
+        id, radius, asleep: table.isAsleep(row) && !this.world.holds(id),
+        x: x0 + part * (x - x0), y: y0 + part * (y - y0), angle: angle0 + part * (angle - angle0),
+      };
+    });
   }
 
   // Time.

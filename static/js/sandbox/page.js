@@ -336,10 +336,10 @@ export class SandboxPage {
     let best = reach;
     /** @type {number | null} */
     let found = null;
-    this.room.look(performance.now(), (ball) => {
+    for (const ball of this.room.look(performance.now())) {
       const away = Math.max(0, Math.hypot(ball.x - x, ball.y - y) - ball.radius);
       if (away < best || (away === 0 && best === 0 && found === null)) [best, found] = [away, ball.id];
-    });
+    }
     return found;
   }
 
@@ -383,7 +383,7 @@ export class SandboxPage {
       return false;
     }
     this.#drawn = now;
-    this.view.draw((see) => this.room.look(now, see), this.pointer);
+    this.view.draw(this.room.look(now), this.pointer);
     return this.room.busy;
   }
 

@@ -9,9 +9,9 @@ import { t } from "../texts/text.js";
 
 /** @import { BallKind } from "../model/board.js" */
 /**
- * @import { ArenaEvent, ArenaHello, ArenaMessage, Edited, Settings, Snapshot } from "../model/messages.js"
+ * @import { ArenaEvent, ArenaHello, ArenaMessage, Edited, Settings, Snapshot, SnapshotBall } from "../model/messages.js"
  */
-/** @import { Keyframe, Law } from "../model/motion/interpolate.js" */
+/** @import { Keyframe, Law, Pose } from "../model/motion/interpolate.js" */
 /** @import { SnapshotScale } from "../net/protocol.js" */
 
 const KEPT = 24; // snapshots: more than the clock's longest delay needs
@@ -60,9 +60,6 @@ export class SandboxRoom {
   #quiet = 0;
   /** @type {Drag | null} */
   #drag = null;
-  #a = keyframe();
-  #b = keyframe();
-  #pose = { x: 0, y: 0, angle: 0 };
 
   /** @param {string} room @param {SandboxListener} listener */
   constructor(room, listener) {
@@ -128,33 +125,22 @@ export class SandboxRoom {
     drag.again = setTimeout(() => this.#drag === drag && this.#sendDrag(drag), HOLD_MS);
   }
 
-  /**
-   * Reports where the balls are at a local time.
-   * @param {number} nowMs
-   * @param {(ball: Seen) => void} see called for each ball, always with the same object
-   */
-  look(nowMs, see) {
+  /** @param {number} nowMs local time @returns {Seen[]} where the balls are */
+  look(nowMs) {
     const last = this.#snapshots.at(-1);
-    if (!last) return;
+    if (!last) return [];
     const tick = this.#clock.renderTick(nowMs);
     let at = this.#snapshots.length - 1;
     while (at > 0 && this.#snapshots[at - 1].tick >= tick) at -= 1;
     const to = this.#snapshots[at];
     const from = at > 0 && tick < to.tick ? this.#snapshots[at - 1] : to;
-    const seen = { id: 0, x: 0, y: 0, angle: 0, radius: 0, asleep: false };
-    for (let i = 0, j = 0; i < to.count; i += 1) {
-      const id = to.ids[i];
-      while (j < from.count && from.ids[j] < id) j += 1;
-      const made = this.made.get(id);
-      if (!made) continue;
-      const before = from !== to && from.ids[j] === id ? j : -1;
-      const pose = before < 0 ? this.#as(to, i) : this.#between(from, before, to, i, tick);
-      Object.assign(seen, pose);
-      seen.id = id;
-      seen.radius = made.radius;
-      seen.asleep = to.asleep[i] === 1;
-      see(seen);
-    }
+    const before = new Map(from === to ? [] : from.balls.map((ball) => [ball.id, ball]));
+    return to.balls.flatMap((ball) => {
+      const { id, asleep } = ball;
+      const [made, old] = [this.made.get(id), before.get(id)];
+      const { x, y, angle } = old ? this.#between(from.tick, old, to.tick, ball, tick) : ball;
+      return made ? [{ id, x, y, angle, radius: made.radius, asleep }] : [];
+    });
   }
 
   /** Whether the picture changes without further input. */
@@ -162,37 +148,23 @@ export class SandboxRoom {
     return performance.now() - this.#quiet < 600;
   }
 
-  /** @param {Snapshot} snapshot @param {number} i */
-  #as(snapshot, i) {
-    const pose = this.#pose;
-    pose.x = snapshot.x[i];
-    pose.y = snapshot.y[i];
-    pose.angle = snapshot.angle[i];
-    return pose;
-  }
-
   /**
-   * @param {Snapshot} from
-   * @param {number} i
-   * @param {Snapshot} to
-   * @param {number} j
+   * @param {number} from @param {SnapshotBall} a @param {number} to @param {SnapshotBall} b
    * @param {number} tick
+   * @returns {Pose}
    */
-  #between(from, i, to, j, tick) {
-    const still = from.x[i] === to.x[j] && from.y[i] === to.y[j] && from.angle[i] === to.angle[j];
-    if (still) return this.#as(to, j);
-    const [a, b] = [fill(this.#a, from, i, this.#rate), fill(this.#b, to, j, this.#rate)];
-    const t = tick / this.#rate;
-    if (to.tick - from.tick <= 2) {
-      const pose = poseBetween(a, b, t, this.#law, this.#pose);
+  #between(from, a, to, b, tick) {
+    if (a.x === b.x && a.y === b.y && a.angle === b.angle) return b;
+    if (to - from <= 2) {
+      const [one, other] = [keyframe(a, from / this.#rate), keyframe(b, to / this.#rate)];
+      const pose = poseBetween(one, other, tick / this.#rate, this.#law);
       // Balls in contact do not follow free flight: if it leaves the range between both, interpolate linearly.
       if (inside(pose.x, a.x, b.x) && inside(pose.y, a.y, b.y)) return pose;
     }
-    const s = (tick - from.tick) / (to.tick - from.tick);
-    this.#pose.x = a.x + s * (b.x - a.x);
-    this.#pose.y = a.y + s * (b.y - a.y);
-    this.#pose.angle = a.angle + s * shortestTurn(a.angle, b.angle);
-    return this.#pose;
+    const s = (tick - from) / (to - from);
+    return {
+      x: a.x + s * (b.x - a.x), y: a.y + s * (b.y - a.y), angle: a.angle + s * shortestTurn(a.angle, b.angle),
+    };
   }
 
   /**
@@ -296,7 +268,7 @@ export class SandboxRoom {
     this.#snapshots.push(snapshot);
     if (this.#snapshots.length > KEPT) this.#snapshots.shift();
     this.#quiet = now;
-    const resting = snapshot.asleep.every((one) => one === 1);
+    const resting = snapshot.balls.every(({ asleep }) => asleep);
     this.#setState(this.paused ? "paused" : resting ? "asleep" : "live");
     this.listener.onChange();
   }
@@ -309,20 +281,9 @@ export class SandboxRoom {
   }
 }
 
-function keyframe() {
-  return { t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: true, vOut: true, bounced: false };
-}
-
-/** @param {Keyframe} one @param {Snapshot} snapshot @param {number} i @param {number} rate */
-function fill(one, snapshot, i, rate) {
-  one.t = snapshot.tick / rate;
-  one.x = snapshot.x[i];
-  one.y = snapshot.y[i];
-  one.angle = snapshot.angle[i];
-  one.vx = snapshot.vx[i];
-  one.vy = snapshot.vy[i];
-  one.bounced = snapshot.bounced[i] === 1;
-  return one;
+/** @param {SnapshotBall} ball @param {number} t s @returns {Keyframe} */
+function keyframe({ x, y, angle, vx, vy, bounced }, t) {
+  return { t, x, y, angle, vx, vy, bounced, vIn: true, vOut: true };
 }
 
 /** @param {BallKind} ballKind */

@@ -164,23 +164,15 @@ export class SandboxView {
     for (const edge of edges) ctx.fillRect(this.px(edge) - 1, this.py(y) - 8, 2, 8);
   }
 
-  /**
-   * @param {(see: (ball: Seen) => void) => void} look
-   * @param {Aim} aim
-   */
-  draw(look, aim) {
+  /** @param {Seen[]} balls @param {Aim} aim */
+  draw(balls, aim) {
     if (!this.scale) return;
     const ctx = contextOf(this.moving);
     const density = this.#density;
     ctx.setTransform(density, 0, 0, density, 0, 0);
     ctx.clearRect(0, 0, this.#width, this.#height);
-    /** @type {Seen[]} */
-    const chosen = [];
-    look((ball) => {
-      this.#paintBall(ctx, ball);
-      if (ball.id === aim.chosen) chosen.push({ ...ball });
-    });
-    for (const ball of chosen) this.#ring(ctx, ball);
+    for (const ball of balls) this.#paintBall(ctx, ball);
+    for (const ball of balls) if (ball.id === aim.chosen) this.#ring(ctx, ball);
     if (aim.sling) this.#arrow(ctx, aim.sling);
     if (aim.crossShown) this.#cross(ctx, aim.cross);
   }

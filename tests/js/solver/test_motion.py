@@ -29,8 +29,8 @@ _PLAY = """async ({ Table }, { hello, accepted, stamps, times, rate }, load) => 
       for (const contact of contacts) table.applyContact(contact);
       if (landed) table.applyLanded(landed);
       if (!ball) continue;
-      table.applySnapshot({ tick, count: 1, ids: [0], x: [ball[0]], y: [ball[1]],
-        angle: [ball[2]], vx: [ball[3]], vy: [ball[4]], bounced: [ball[5]] });
+      const [x, y, angle, vx, vy, bounced] = ball;
+      table.applySnapshot({ tick, balls: [{ id: 0, x, y, angle, vx, vy, bounced }] });
     }
     const t = clock.renderTick(now) / rate;
     const scene = table.sceneAt(t, now / 1000);
@@ -91,11 +91,11 @@ def contact(tick: int, hit: Any) -> dict[str, Any]:
     }
 
 
-def wired(state: Any, bounced: bool) -> list[float]:
+def wired(state: Any, bounced: bool) -> list[Any]:
     """A ball's state at about a snapshot's resolution: 1/8192 m and 1/1024 m/s."""
     x, y = (round(float(state[name]) * 8192) / 8192 for name in ("x", "y"))
     vx, vy = (round(float(state[name]) * 1024) / 1024 for name in ("vx", "vy"))
-    return [x, y, float(state["theta"]), vx, vy, int(bounced)]
+    return [x, y, float(state["theta"]), vx, vy, bounced]
 
 
 @pytest.mark.parametrize("hertz", [30, 60, 144])

@@ -5,12 +5,6 @@
 const KICK = 0.25;
 const TURN = 2 * Math.PI;
 
-// Reused by every call: there are thousands a frame, and new objects would keep the collector busy.
-const forth = { x: 0, y: 0, angle: 0 };
-const back = { x: 0, y: 0, angle: 0 };
-const end = { x: 0, y: 0, angle: 0 };
-const corner = { t: 0, x: 0, y: 0 };
-
 /**
  * @typedef {object} Keyframe
  * @property {number} t seconds
@@ -25,6 +19,8 @@ const corner = { t: 0, x: 0, y: 0 };
  * @property {boolean} [smooth] whether it certainly hit nothing since the previous keyframe, though it may
  *   have rolled on a surface: an unexpected change of velocity is then no bounce
  */
+
+/** @import { Point } from "../board.js" */
 
 /** @typedef {{gravity: number, drag: number}} Law m/s^2 and 1/s */
 /** @typedef {{x: number, y: number, angle: number}} Pose */
@@ -43,28 +39,24 @@ const corner = { t: 0, x: 0, y: 0 };
  * @param {Keyframe} b b.t >= a.t
  * @param {number} t a.t <= t <= b.t
  * @param {Law} law
- * @param {Pose} [out] filled and returned
  * @returns {Pose}
  */
-export function poseBetween(a, b, t, law, out = { x: 0, y: 0, angle: 0 }) {
+export function poseBetween(a, b, t, law) {
   const span = b.t - a.t;
-  if (span <= 0) {
-    out.x = b.x;
-    out.y = b.y;
-    out.angle = b.angle;
-    return out;
-  }
+  if (span <= 0) return { x: b.x, y: b.y, angle: b.angle };
   const s = (t - a.t) / span;
-  out.angle = a.angle + s * shortestTurn(a.angle, b.angle);
-  if (a.vOut && b.vIn) {
-    if (b.bounced || (!b.smooth && kicked(a, b, law))) return bouncePose(a, b, t, law, out);
-    return hermitePose(a, b, s, out);
-  }
-  if (a.vOut) return bentFlight(a, b, t, law, out);
-  if (b.vIn) return bentFlight(b, a, t, law, out);
-  out.x = a.x + s * (b.x - a.x);
-  out.y = a.y + s * (b.y - a.y);
-  return out;
+  const angle = a.angle + s * shortestTurn(a.angle, b.angle);
+  const { x, y } = placeBetween(a, b, t, s, law);
+  return { x, y, angle };
+}
+
+/** @param {Keyframe} a @param {Keyframe} b @param {number} t @param {number} s @param {Law} law @returns {Point} */
+function placeBetween(a, b, t, s, law) {
+  if (!a.vOut && !b.vIn) return { x: a.x + s * (b.x - a.x), y: a.y + s * (b.y - a.y) };
+  if (!b.vIn) return bentFlight(a, b, t, law);
+  if (!a.vOut) return bentFlight(b, a, t, law);
+  const bounces = b.bounced || (!b.smooth && kicked(a, b, law));
+  return bounces ? bouncePlace(a, b, t, law) : hermitePlace(a, b, s);
 }
 
 /**
@@ -73,13 +65,14 @@ export function poseBetween(a, b, t, law, out = { x: 0, y: 0, angle: 0 }) {
  * @param {Keyframe} from
  * @param {number} t
  * @param {Law} law
- * @param {Pose} [out]
+ * @returns {Point}
  */
-export function flightPose(from, t, { gravity, drag }, out = { x: 0, y: 0, angle: 0 }) {
+export function flightPlace(from, t, { gravity, drag }) {
   const dt = t - from.t;
-  out.x = from.x + dt * (from.vx - 0.5 * dt * drag * from.vx);
-  out.y = from.y + dt * (from.vy + 0.5 * dt * (gravity - drag * from.vy));
-  return out;
+  return {
+    x: from.x + dt * (from.vx - 0.5 * dt * drag * from.vx),
+    y: from.y + dt * (from.vy + 0.5 * dt * (gravity - drag * from.vy)),
+  };
 }
 
 /**
@@ -93,8 +86,8 @@ export function flightPose(from, t, { gravity, drag }, out = { x: 0, y: 0, angle
  * @returns {number} seconds, within [a.t, b.t]
  */
 function meetingTime(a, b, law) {
-  const backAtA = flightPose(b, a.t, law, back);
-  const forthAtB = flightPose(a, b.t, law, forth);
+  const backAtA = flightPlace(b, a.t, law);
+  const forthAtB = flightPlace(a, b.t, law);
   const gap0x = a.x - backAtA.x;
   const gap0y = a.y - backAtA.y;
   const changeX = forthAtB.x - b.x - gap0x;
@@ -118,28 +111,26 @@ function kicked(a, b, { gravity, drag }) {
   return dx * dx + dy * dy > KICK * KICK;
 }
 
-/** @param {Keyframe} a @param {Keyframe} b @param {number} s @param {Pose} out */
-function hermitePose(a, b, s, out) {
+/** @param {Keyframe} a @param {Keyframe} b @param {number} s @returns {Point} */
+function hermitePlace(a, b, s) {
   const span = b.t - a.t;
   const s2 = s * s;
   const s3 = s2 * s;
   const h01 = 3 * s2 - 2 * s3;
   const h10 = (s3 - 2 * s2 + s) * span;
   const h11 = (s3 - s2) * span;
-  out.x = a.x + h01 * (b.x - a.x) + h10 * a.vx + h11 * b.vx;
-  out.y = a.y + h01 * (b.y - a.y) + h10 * a.vy + h11 * b.vy;
-  return out;
+  return {
+    x: a.x + h01 * (b.x - a.x) + h10 * a.vx + h11 * b.vx,
+    y: a.y + h01 * (b.y - a.y) + h10 * a.vy + h11 * b.vy,
+  };
 }
 
-/** @param {Keyframe} a @param {Keyframe} b @param {number} t @param {Law} law @param {Pose} out */
-function bouncePose(a, b, t, law, out) {
+/** @param {Keyframe} a @param {Keyframe} b @param {number} t @param {Law} law @returns {Point} */
+function bouncePlace(a, b, t, law) {
   const meet = meetingTime(a, b, law);
-  flightPose(a, meet, law, forth);
-  flightPose(b, meet, law, back);
-  corner.t = meet;
-  corner.x = (forth.x + back.x) / 2;
-  corner.y = (forth.y + back.y) / 2;
-  return t <= meet ? bentFlight(a, corner, t, law, out) : bentFlight(b, corner, t, law, out);
+  const [forth, back] = [flightPlace(a, meet, law), flightPlace(b, meet, law)];
+  const corner = { t: meet, x: (forth.x + back.x) / 2, y: (forth.y + back.y) / 2 };
+  return bentFlight(t <= meet ? a : b, corner, t, law);
 }
 
 /**
@@ -149,16 +140,12 @@ function bouncePose(a, b, t, law, out) {
  * @param {Pick<Keyframe, "t" | "x" | "y">} to
  * @param {number} t
  * @param {Law} law
- * @param {Pose} out
+ * @returns {Point}
  */
-function bentFlight(from, to, t, law, out) {
+function bentFlight(from, to, t, law) {
   const span = to.t - from.t;
-  const miss = flightPose(from, to.t, law, end);
-  const missX = to.x - miss.x;
-  const missY = to.y - miss.y;
+  const end = flightPlace(from, to.t, law);
   const s = span === 0 ? 0 : (t - from.t) / span;
-  flightPose(from, t, law, out);
-  out.x += s * missX;
-  out.y += s * missY;
-  return out;
+  const { x, y } = flightPlace(from, t, law);
+  return { x: x + s * (to.x - end.x), y: y + s * (to.y - end.y) };
 }

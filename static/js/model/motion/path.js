@@ -1,6 +1,6 @@
 // One ball's known path: keyframes in time order, and the pose at any time. Pure.
 
-import { flightPose, poseBetween, shortestTurn } from "./interpolate.js";
+import { flightPlace, poseBetween, shortestTurn } from "./interpolate.js";
 
 /** @import { Keyframe, Law, Pose } from "./interpolate.js" */
 
@@ -11,12 +11,8 @@ const MAX_GUESS = 0.05; // s of flight past the newest keyframe; after that the 
  * @typedef {Pick<Keyframe, "t" | "x" | "y" | "vIn" | "vOut"> & Partial<Keyframe>} Moment
  */
 
-/**
- * Keyframes for reuse: sixty new ones a second for each ball would keep the garbage collector busy.
- * @type {Keyframe[]}
- */
-const spare = [];
-const MAX_SPARE = 16384;
+/** @type {Keyframe} */
+const BLANK = { t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false, smooth: false };
 
 /** The keyframes of one ball. A live table forgets those that its time has passed. */
 export class Path {
@@ -34,17 +30,15 @@ export class Path {
   }
 
   /**
-   * @param {Moment} moment is copied. It may be earlier than keyframes already added: a contact arrives
+   * @param {Moment} moment may be earlier than keyframes already added: a contact arrives
    *   after the snapshot that it precedes
    */
   add(moment) {
     const { keyframes } = this;
-    const keyframe = fill(spare.pop() ?? blank(), moment);
+    const keyframe = { ...BLANK, ...moment };
     let at = keyframes.length;
     while (at > 0 && keyframes[at - 1].t > keyframe.t) at -= 1;
-    keyframes.push(keyframe);
-    for (let i = keyframes.length - 1; i > at; i -= 1) keyframes[i] = keyframes[i - 1];
-    keyframes[at] = keyframe;
+    keyframes.splice(at, 0, keyframe);
     this.#turnThrough(at);
     // The place of this bounce is known, so poseBetween need not guess it.
     if (!keyframe.vIn && keyframes[at + 1]) keyframes[at + 1].bounced = false;
@@ -56,7 +50,7 @@ export class Path {
    * Removes the keyframes that only poses before this time need.
    * @param {number} before s
    * @param {(a: Keyframe, b: Keyframe, law: Law) => void} [visit] called with each pair of neighbours
-   *   whose stretch is removed, in order; it must not keep the keyframes, which are reused
+   *   whose stretch is removed, in order
    */
   forget(before, visit) {
     const { keyframes } = this;
@@ -65,10 +59,7 @@ export class Path {
       visit?.(keyframes[gone], keyframes[gone + 1], this.law);
       gone += 1;
     }
-    if (gone === 0) return;
-    for (let i = 0; i < gone; i += 1) if (spare.length < MAX_SPARE) spare.push(keyframes[i]);
-    for (let i = gone; i < keyframes.length; i += 1) keyframes[i - gone] = keyframes[i];
-    keyframes.length -= gone;
+    keyframes.splice(0, gone);
     this.#hint = Math.max(0, this.#hint - gone);
   }
 
@@ -100,24 +91,21 @@ export class Path {
     return this.keyframes.length ? this.keyframes[this.keyframes.length - 1].t : Number.NEGATIVE_INFINITY;
   }
 
-  /**
-   * @param {number} t seconds
-   * @param {Pose} [out]
-   */
-  poseAt(t, out = { x: 0, y: 0, angle: 0 }) {
+  /** @param {number} t seconds @returns {Pose} */
+  poseAt(t) {
     const { keyframes } = this;
     const last = keyframes[keyframes.length - 1];
-    if (t >= last.t) return this.#beyond(last, t, out);
-    if (t <= keyframes[0].t) return pick(keyframes[0], out);
+    if (t >= last.t) return this.#beyond(last, t);
+    if (t <= keyframes[0].t) return keyframes[0];
     const i = this.#indexBefore(t);
-    return poseBetween(keyframes[i], keyframes[i + 1], t, this.law, out);
+    return poseBetween(keyframes[i], keyframes[i + 1], t, this.law);
   }
 
-  /** @param {Keyframe} last @param {number} t @param {Pose} out */
-  #beyond(last, t, out) {
-    out.angle = last.angle;
-    if (last.vOut) return flightPose(last, Math.min(t, last.t + MAX_GUESS), this.law, out);
-    return pick(last, out);
+  /** @param {Keyframe} last @param {number} t @returns {Pose} */
+  #beyond(last, t) {
+    if (!last.vOut) return last;
+    const { x, y } = flightPlace(last, Math.min(t, last.t + MAX_GUESS), this.law);
+    return { x, y, angle: last.angle };
   }
 
   /**
@@ -132,36 +120,4 @@ export class Path {
     this.#hint = i;
     return i;
   }
-}
-
-/** @returns {Keyframe} */
-function blank() {
-  return {
-    t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: false, bounced: false,
-    smooth: false,
-  };
-}
-
-/** @param {Keyframe} keyframe @param {Moment} moment */
-function fill(keyframe, moment) {
-  const { t, x, y, angle = 0, vx = 0, vy = 0, vIn, vOut, bounced = false, smooth = false } = moment;
-  keyframe.t = t;
-  keyframe.x = x;
-  keyframe.y = y;
-  keyframe.angle = angle;
-  keyframe.vx = vx;
-  keyframe.vy = vy;
-  keyframe.vIn = vIn;
-  keyframe.vOut = vOut;
-  keyframe.bounced = bounced;
-  keyframe.smooth = smooth;
-  return keyframe;
-}
-
-/** @param {Pose} pose @param {Pose} out */
-function pick({ x, y, angle }, out) {
-  out.x = x;
-  out.y = y;
-  out.angle = angle;
-  return out;
 }

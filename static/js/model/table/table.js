@@ -78,8 +78,6 @@ export class Table {
   #byWireId = new Map();
   /** @type {LitBin[]} */
   #hits = [];
-  #scene = emptyScene();
-  #scratch = { x: 0, y: 0, angle: 0 };
 
   /**
    * @param {TableStart} hello
@@ -133,17 +131,10 @@ export class Table {
   /** @param {Snapshot} snapshot */
   applySnapshot(snapshot) {
     const t = snapshot.tick / this.rate;
-    for (let i = 0; i < snapshot.count; i += 1) {
-      const ball = this.#byWireId.get(snapshot.ids[i]);
+    for (const { id, x, y, angle, vx, vy, bounced } of snapshot.balls) {
+      const ball = this.#byWireId.get(id);
       if (!ball || ball.landed || t <= ball.start) continue;
-      keyframe.t = t;
-      keyframe.x = snapshot.x[i];
-      keyframe.y = snapshot.y[i];
-      keyframe.angle = snapshot.angle[i];
-      keyframe.vx = snapshot.vx[i];
-      keyframe.vy = snapshot.vy[i];
-      keyframe.bounced = snapshot.bounced[i] === 1;
-      ball.path.add(keyframe);
+      ball.path.add({ t, x, y, angle, vx, vy, bounced, vIn: true, vOut: true });
     }
   }
 
@@ -207,17 +198,15 @@ export class Table {
   }
 
   /**
-   * The scene at a time, in an object that the next call reuses. Forgets balls and hits that are over.
+   * The scene at a time. Forgets balls and hits that are over.
    * @param {number} t table time, s
    * @param {number} wall local time, s, for the lights of bins: table time stops while a room sleeps
    * @returns {Scene}
    */
   sceneAt(t, wall) {
-    const scene = this.#scene;
+    const scene = emptyScene();
     this.forget(t, wall);
-    this.impacts.advance(t, this.heard);
-    scene.balls.length = 0;
-    scene.paths.length = 0;
+    this.heard = this.impacts.advance(t);
     for (const ball of this.balls.values()) {
       const own = timeInFall(ball, t);
       // A ball whose landing was shown early stays invisible until the table sends the landing.
@@ -242,9 +231,7 @@ export class Table {
       if (ball.settled && t >= shownEnd(ball) + SINK_SECONDS) this.#remove(ball);
       else this.#pass(ball, timeInFall(ball, t) - KEPT_SECONDS);
     }
-    let kept = 0;
-    for (const hit of this.#hits) if (wall < hit.since + HIT_SECONDS) this.#hits[kept++] = hit;
-    this.#hits.length = kept;
+    this.#hits = this.#hits.filter(({ since }) => wall < since + HIT_SECONDS);
   }
 
   /**
@@ -325,8 +312,8 @@ export class Table {
   /** @param {Ball} ball @param {number} t */
   #pose(ball, t) {
     const { pose, path } = ball;
-    pose.mine = ball.mine;
-    this.#place(ball, t, pose);
+    const { x, y, angle } = this.#place(ball, t);
+    Object.assign(pose, { x, y, angle, mine: ball.mine });
     pose.trail[0] = pose.x;
     pose.trail[1] = pose.y;
     pose.trailCount = 1;
@@ -334,23 +321,20 @@ export class Table {
     for (let i = 1; i < most; i += 1) {
       const then = t - i * TRAIL_STEP;
       if (then < path.start) break;
-      this.#place(ball, then, this.#scratch);
-      pose.trail[2 * i] = this.#scratch.x;
-      pose.trail[2 * i + 1] = this.#scratch.y;
+      const was = this.#place(ball, then);
+      pose.trail[2 * i] = was.x;
+      pose.trail[2 * i + 1] = was.y;
       pose.trailCount = i + 1;
     }
     return pose;
   }
 
-  /** @param {Ball} ball @param {number} t @param {Pose} out */
-  #place(ball, t, out) {
-    if (t <= ball.end || !ball.sink) return ball.path.poseAt(t, out);
+  /** @param {Ball} ball @param {number} t @returns {Pose} */
+  #place({ path, end, sink }, t) {
+    if (t <= end || !sink) return path.poseAt(t);
     // The simulation ends at the bin's line. The picture continues it while the pocket swallows the ball.
-    const { vx, vy } = ball.sink;
-    ball.path.poseAt(ball.end, out);
-    out.x += vx * (t - ball.end) * 0.5;
-    out.y += Math.max(vy, 1.5) * (t - ball.end);
-    return out;
+    const { x, y, angle } = path.poseAt(end);
+    return { x: x + sink.vx * (t - end) * 0.5, y: y + Math.max(sink.vy, 1.5) * (t - end), angle };
   }
 }
 
@@ -378,11 +362,6 @@ function completed(event, { bin, score, duration: t, xEnd: x_end, unsettled, dig
 function tagOf({ name, colour }) {
   return name || colour ? { ...(name && { name }), ...(colour && { colour }) } : undefined;
 }
-
-/** A snapshot's state of one ball; reused, because paths copy it. */
-const keyframe = {
-  t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: true, vOut: true, bounced: false,
-};
 
 /** A moment without a velocity. @param {number} t @param {number} x @param {number} y */
 function place(t, x, y) {

@@ -38,8 +38,8 @@ export class Density {
     const count = Math.max(1, Math.ceil((b.t - a.t) / STEP));
     const weight = (((b.t - a.t) / count) * USUAL_SPEED) / this.cell;
     for (let i = 0; i < count; i += 1) {
-      poseBetween(a, b, a.t + ((i + 0.5) / count) * (b.t - a.t), law, pose);
-      this.add(pose.x, pose.y, weight);
+      const { x, y } = poseBetween(a, b, a.t + ((i + 0.5) / count) * (b.t - a.t), law);
+      this.add(x, y, weight);
     }
   }
 
@@ -73,5 +73,3 @@ export class Density {
     if (this.cells[at] > this.most) this.most = this.cells[at];
   }
 }
-
-const pose = { x: 0, y: 0, angle: 0 };
