@@ -17,20 +17,13 @@ from plinko.app.errors import SettingError
 from plinko.app.listening import listen
 from plinko.app.main import create_app
 from plinko.app.settings import Settings
-from tests.engine.test_determinism import run_python
 from tests.kit.process import ServerProcess
-
-PROGRAM = (
-    "from plinko.app.main import run; from plinko.app.settings import Settings; "
-    "run(Settings.load())"
-)
+from tests.kit.python import run_python
 
 
 def process(**environ: str) -> ServerProcess:
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    server = ServerProcess(program=("-c", PROGRAM), options=pipes, environment=environ)
-    server.environment["PLINKO_PORT"] = str(server.port)
-    return server
+    return ServerProcess(options=pipes, environment=environ)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

@@ -1,17 +1,13 @@
 """The same bits everywhere: machine code and plain Python give the golden digests."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from plinko.engine import PHYSICS_VERSION
+from tests.kit.python import ROOT, run_python
 from tools.golden import check, make
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("name", check.names())
@@ -40,20 +36,6 @@ def test_a_version_of_the_physics_has_its_entry_in_the_changelog() -> None:
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     sections = [part for part in changelog.split("\n### ") if part.startswith("Simulation results")]
     assert any(f"`PHYSICS_VERSION` {PHYSICS_VERSION}" in section for section in sections)
-
-
-def run_python(code: str, folder: Path = ROOT, **environment: str) -> str:
-    """The output of `code` in a new interpreter in `folder`."""
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(folder), **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def test_plain_python_gives_the_golden_digests() -> None:

@@ -4,7 +4,7 @@ import pytest
 
 import plinko
 from plinko import engine
-from tests.engine.test_determinism import run_python
+from tests.kit.python import run_python
 
 
 def test_every_public_name_exists_and_is_listed_before_its_use() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
 
 from plinko.app.protocol.messages import Extent
 from tests.app.protocol.decoders import Snapshot, decode_snapshot
@@ -72,6 +73,14 @@ class Player:
             for event in events if isinstance(events, list) else ():
                 if event["type"] == kind and fields.items() <= event.items():
                     return event
+
+    async def closing(self) -> ConnectionClosed:
+        """Read until the connection ends; returns how it ended."""
+        while True:
+            try:
+                await self.step()
+            except ConnectionClosed as closed:
+                return closed
 
     async def until_empty(self) -> None:
         """Read until the empty snapshot that follows the last landing."""

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.kit.process import ServerProcess
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT
 
@@ -149,13 +148,6 @@ def test_a_full_disk_is_one_line() -> None:
         done = subprocess.run([*MODULE, "boards"], stdout=full, stderr=subprocess.PIPE, check=False)
     assert done.returncode == 2
     assert re.fullmatch(rb"plinko: No space left on device\n", done.stderr)
-
-
-def test_serve_prints_its_address_and_stops_in_order() -> None:
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with ServerProcess(options=pipes) as server:
-        assert server.get("/healthz").status_code == 200
-        assert (server.end(signal.SIGINT), server.said) == (0, ("", ""))
 
 
 def test_a_taken_port_is_one_line() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import InvalidStatus
 
 from plinko.engine import Board, drop
 from tests.app.conftest import TINY
@@ -28,15 +28,6 @@ async def new_room(server: Running, board: Any = TINY) -> str:
         response = await http.post("/api/v1/rooms", json={"board": board})
         room: str = response.json()["id"]
         return room
-
-
-async def closing(player: Player) -> ConnectionClosed:
-    """Read until the connection ends; returns how it ended."""
-    while True:
-        try:
-            await player.step()
-        except ConnectionClosed as closed:
-            return closed
 
 
 async def test_the_ball_is_shown_where_the_drop_says_it_is(server: Running) -> None:
@@ -262,7 +253,7 @@ async def test_a_flood_of_bad_messages_is_closed_with_the_reason(server: Running
     async with playing(server.socket("triangle-8")) as player:
         for _ in range(1000):
             await player.socket.send("{")
-        closed = await closing(player)
+        closed = await player.closing()
     assert closed.rcvd is not None
     assert closed.rcvd.code == 1008
     assert "too many bad messages" in closed.rcvd.reason
@@ -279,7 +270,7 @@ async def test_a_flood_of_good_messages_is_closed_eager_play_is_not() -> None:
             async with playing(server.socket(room)) as player:
                 for t in range(count):
                     await player.send(type="ping", t=t)
-                closed = await closing(player)
+                closed = await player.closing()
                 assert closed.rcvd is not None
                 assert closed.rcvd.code == 1008
                 assert re.search(rf"more than \d {limits} a second", closed.rcvd.reason)
@@ -299,7 +290,7 @@ async def test_a_flood_of_good_messages_is_closed_eager_play_is_not() -> None:
 async def test_a_message_over_the_limit_closes_with_1009(server: Running) -> None:
     async with playing(server.socket("triangle-8")) as player:
         await player.socket.send(json.dumps({"type": "drop", "ref": "x" * 5000}))
-        closed = await closing(player)
+        closed = await player.closing()
     assert closed.rcvd is not None
     assert closed.rcvd.code == 1009
 
@@ -307,7 +298,7 @@ async def test_a_message_over_the_limit_closes_with_1009(server: Running) -> Non
 async def test_text_that_is_not_utf8_closes_with_1007(server: Running) -> None:
     async with playing(server.socket("triangle-8")) as player:
         await player.socket.send(b"\xff\xfe", text=True)
-        closed = await closing(player)
+        closed = await player.closing()
     assert closed.rcvd is not None
     assert closed.rcvd.code == 1007
 
@@ -335,7 +326,7 @@ async def test_a_full_room_refuses_balls_and_clients() -> None:
             assert (error["code"], error["ref"]) == ("too-many-balls", 2)
             async with playing(server.socket("triangle-8")) as late:
                 assert (late.hello["type"], late.hello["code"]) == ("error", "room-full")
-                closed = await closing(late)
+                closed = await late.closing()
             assert closed.rcvd is not None
             assert closed.rcvd.code == 1013
         async with playing(server.socket("triangle-8")) as next_one:
@@ -346,7 +337,7 @@ async def test_an_unknown_room_says_so_and_closes_for_good(server: Running) -> N
     async with playing(server.socket("nope")) as player:
         assert (player.hello["type"], player.hello["code"]) == ("error", "unknown-room")
         assert "nope" in player.hello["detail"]
-        closed = await closing(player)
+        closed = await player.closing()
     assert closed.rcvd is not None
     assert closed.rcvd.code == 4004
 
@@ -365,7 +356,7 @@ async def test_an_unknown_address_parameter_closes_with_the_reason(
     async with playing(server.socket() + query) as player:
         assert (player.hello["type"], player.hello["code"]) == ("error", "invalid-value")
         assert named in player.hello["detail"]
-        closed = await closing(player)
+        closed = await player.closing()
     assert closed.rcvd is not None
     assert (closed.rcvd.code, closed.rcvd.reason[: len(named)]) == (1008, named)
 
@@ -423,7 +414,7 @@ async def test_a_stalled_client_delays_no_other_and_gets_a_reason() -> None:
             for event in player.events:
                 if event["type"] == "landed":
                     assert event["digest"] == drop(BOARD, event["seed"]).digest
-            closed = await closing(stalled)
+            closed = await stalled.closing()
         assert closed.rcvd is not None
         assert closed.rcvd.code == 4008
         assert closed.rcvd.reason
@@ -442,7 +433,7 @@ async def test_a_stalled_client_that_never_reads_again_is_dropped() -> None:
             await drop_until_given_up(server, room, player)
             # The client reads nothing, so only an abort can free the connection.
             await eventually(lambda: server.connections == 1)
-            assert (await closing(stalled)).rcvd is None
+            assert (await stalled.closing()).rcvd is None
 
 
 async def drop_until_given_up(server: Running, room: str, player: Player) -> None:

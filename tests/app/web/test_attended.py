@@ -41,38 +41,36 @@ async def test_a_client_that_stays_gets_the_answer_or_the_error() -> None:
         await attended(Client().request, fail())
 
 
-async def test_a_client_that_leaves_ends_its_work() -> None:
-    client, ended, begun = Client(), asyncio.Event(), asyncio.Event()
+class Work:
+    """Work without an end, and whether it has begun and was ended."""
 
-    async def work() -> None:
-        begun.set()
+    def __init__(self) -> None:
+        self.begun, self.ended = asyncio.Event(), asyncio.Event()
+
+    async def done(self) -> None:
+        self.begun.set()
         try:
             await asyncio.Event().wait()
         finally:
-            ended.set()
+            self.ended.set()
 
-    asking = asyncio.create_task(attended(client.request, work()))
-    await begun.wait()
-    assert not ended.is_set()
+
+async def test_a_client_that_leaves_ends_its_work() -> None:
+    client, work = Client(), Work()
+    asking = asyncio.create_task(attended(client.request, work.done()))
+    await work.begun.wait()
+    assert not work.ended.is_set()
     client.left.set()
     with pytest.raises(GoneError) as gone:
         await asking
-    assert ended.is_set()
+    assert work.ended.is_set()
     assert response_for(gone.value).status < 500
 
 
 async def test_a_request_that_is_cancelled_ends_its_work() -> None:
-    ended, begun = asyncio.Event(), asyncio.Event()
-
-    async def work() -> None:
-        begun.set()
-        try:
-            await asyncio.Event().wait()
-        finally:
-            ended.set()
-
-    asking = asyncio.create_task(attended(Client().request, work()))
-    await begun.wait()
+    work = Work()
+    asking = asyncio.create_task(attended(Client().request, work.done()))
+    await work.begun.wait()
     asking.cancel()
     await asyncio.wait([asking])
-    assert ended.is_set()
+    assert work.ended.is_set()

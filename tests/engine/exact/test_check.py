@@ -3,7 +3,7 @@
 import pytest
 
 from plinko.engine.exact.outcome import FALSE_PATH, REASONS
-from tests.engine.test_determinism import run_python
+from tests.kit.python import run_python
 
 DROP = """
 from plinko.engine import drop

@@ -42,7 +42,7 @@ from plinko.engine.physics.circle_impact import (
 from plinko.engine.physics.contact import new_series
 from plinko.engine.seeding import start_xs
 from tests.engine.hard_boards import KINDS, HardBoard, hard_boards, numbered
-from tests.engine.test_determinism import run_python
+from tests.kit.python import run_python
 from tests.long import tries
 
 Array = npt.NDArray[Any]

@@ -8,7 +8,7 @@ import pytest
 import wasmtime
 
 from plinko.engine.jit import code_cache, native
-from tests.engine.test_determinism import run_python
+from tests.kit.python import run_python
 
 CODE = wasmtime.wat2wasm('(module (func (export "seven") (result i32) i32.const 7))')
 

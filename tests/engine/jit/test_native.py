@@ -17,7 +17,7 @@ from plinko.engine.exact.lanes import trial
 from plinko.engine.exact.lanes.trace import Code
 from plinko.engine.jit import native, source_hash
 from tests.engine.jit import elf
-from tests.engine.test_determinism import run_python
+from tests.kit.python import run_python
 
 LIBRARIES = sorted(native.FOLDER.glob("*.so"))
 

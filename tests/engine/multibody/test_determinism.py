@@ -1,10 +1,5 @@
 """An arena has the same bits on every run, after a restore, without the JIT, and in any order."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,8 +8,7 @@ from plinko.engine.multibody.arena import Arena
 from plinko.engine.multibody.scenes import galton, sandbox
 from plinko.engine.multibody.settings import ArenaSettings
 from plinko.engine.multibody.static_geometry import StaticGeometry
-
-ROOT = Path(__file__).parents[3]
+from tests.kit.python import run_python
 
 SCENE = """
 from plinko.engine.multibody.scenes import sandbox
@@ -31,26 +25,13 @@ print(arena.digest)
 """
 
 
-def run(code: str, **environment: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout.strip()
-
-
 def test_plain_python_gives_the_bits_of_compiled_code() -> None:
     """Without the JIT: impacts, contacts, a rebuilt neighbour list, a removed and a fast ball."""
     check = (
         "from plinko.engine.multibody.solver.step import step_balls\n"
         "assert not hasattr(step_balls, 'function')\n"
     )
-    assert run(check + SCENE, NUMBA_DISABLE_JIT="1") == run(SCENE)
+    assert run_python(check + SCENE, NUMBA_DISABLE_JIT="1") == run_python(SCENE)
 
 
 @pytest.mark.parametrize("tick", [1, 37, 90, 200])

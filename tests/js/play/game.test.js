@@ -4,11 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { balanceOf, GRANT, MINOR_UNITS, openDrops } from "../../../static/js/model/player/account.js";
-import { Wallet } from "../../../static/js/play/account/wallet.js";
-import { FairPlay } from "../../../static/js/play/fairness/fair-play.js";
-import { OwnDrops } from "../../../static/js/play/own-drops.js";
 import { Game } from "../../../static/js/play/game.js";
-import { DropSeries } from "../../../static/js/play/drop-series.js";
 import { chance } from "../support.js";
 import { Clock, Disk, install, ROOM, Server, settled, UNDELIVERED } from "./fake-table.js";
 
@@ -191,36 +187,6 @@ test("the balance is the ledger's, whatever happens in whatever order", async ()
   }
   assert.ok(drops > 6 * GAMES, `${drops} drops in ${GAMES} games: the table was played at`);
 });
-
-/** Faults that a programmer could make, and that the property must find. */
-const FAULTS = {
-  "a payout is rounded up": [Wallet.prototype, "apply", (right) => function apply(...events) {
-    return right.call(this, ...events.map((event) => (event.type === "settled" ? { ...event, payout: Math.ceil(event.payout / 10) * 10 } : event)));
-  }],
-  "a refused drop keeps its stake": [OwnDrops.prototype, "refused", () => () => {}],
-  "a receipt is not booked": [FairPlay.prototype, "accepted", (right) => function accepted(event) {
-    if (event.ball % 5) right.call(this, event);
-    else this.refused({ ref: event.ref ?? "", code: "" });
-  }],
-  "a series forgets its refused balls": [DropSeries.prototype, "refuse", () => () => false],
-  "after a reconnect nothing is looked for": [OwnDrops.prototype, "reclaim", () => () => {}],
-};
-
-for (const [name, [target, method, fault]] of Object.entries(FAULTS)) {
-  test(`the property finds it if ${name}`, async () => {
-    const right = target[method];
-    target[method] = fault(right);
-    let found = null;
-    try {
-      for (let seed = 0; seed < 60 && !found; seed += 1) {
-        await play(seed).catch((error) => { found = error; });
-      }
-    } finally {
-      target[method] = right;
-    }
-    assert.ok(found instanceof assert.AssertionError, `found: ${found}`);
-  });
-}
 
 /** One tab at the table, connected, with an open session. */
 async function seated(seed = 1) {

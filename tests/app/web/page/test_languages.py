@@ -1,16 +1,11 @@
 """The language of a page, and its texts."""
 
-from pathlib import Path
-
-import httpx
 import pytest
-from starlette.applications import Starlette
 
 from plinko.app.web.page.languages import chosen, filled, languages_of
 from plinko.app.web.page.release import assembled
-from plinko.app.web.routes.page import Page
+from tests.app.web.page.site import STATIC, site
 
-STATIC = Path(__file__).parents[4] / "static"
 THERE = ("en", "de", "es")
 
 
@@ -62,22 +57,18 @@ def test_every_page_has_every_text_in_every_language() -> None:
 
 
 async def test_caches_learn_which_headers_a_page_depends_on() -> None:
-    app = Starlette()
-    app.mount("/", Page(STATIC))
-    async with httpx.AsyncClient(
-        transport=httpx.ASGITransport(app=app), base_url="http://site"
-    ) as site:
+    async with site() as pages:
         marks = set()
         for language in THERE:
-            answer = await site.get("/", headers={"accept-language": language})
+            answer = await pages.get("/", headers={"accept-language": language})
             assert f'<html lang="{language}"' in answer.text
             assert f"/js/play/all.{language}.js" in answer.text
             assert "accept-language, cookie" in answer.headers["vary"].lower()
             marks.add(answer.headers["etag"])
         assert len(marks) == len(THERE)
         again = {"accept-language": language, "if-none-match": answer.headers["etag"]}
-        assert (await site.get("/", headers=again)).status_code == 304
-        shown = await site.get("/?language=es", headers={"accept-language": "de"})
+        assert (await pages.get("/", headers=again)).status_code == 304
+        shown = await pages.get("/?language=es", headers={"accept-language": "de"})
         assert '<html lang="es"' in shown.text
         chosen_since = {**again, "cookie": "language=de"}
-        assert (await site.get("/", headers=chosen_since)).status_code == 200
+        assert (await pages.get("/", headers=chosen_since)).status_code == 200

@@ -5,15 +5,11 @@ import re
 import subprocess
 from pathlib import Path
 
-import httpx
 import pytest
-from starlette.applications import Starlette
 
 from plinko.app.web.page.languages import languages_of
 from plinko.app.web.page.release import assembled, parts, script, sheet
-from plinko.app.web.routes.page import Page
-
-STATIC = Path(__file__).parents[4] / "static"
+from tests.app.web.page.site import STATIC, site
 
 
 def written(folder: Path, **modules: str) -> Path:
@@ -187,35 +183,27 @@ def test_numbers_are_written_as_in_the_script_s_language(tmp_path: Path) -> None
 
 
 async def test_a_page_begins_in_the_colours_that_its_visitor_chose() -> None:
-    app = Starlette()
-    app.mount("/", Page(STATIC))
-    async with httpx.AsyncClient(
-        transport=httpx.ASGITransport(app=app), base_url="http://site"
-    ) as site:
+    async with site() as pages:
         marks = set()
         for scheme in ("dark", "light"):
-            answer = await site.get("/", headers={"cookie": f"scheme={scheme}"})
+            answer = await pages.get("/", headers={"cookie": f"scheme={scheme}"})
             assert f'<html data-scheme="{scheme}" lang=' in answer.text
             marks.add(answer.headers["etag"])
         for other in ("scheme=system", 'scheme="><b>', ""):
-            answer = await site.get("/", headers={"cookie": other})
+            answer = await pages.get("/", headers={"cookie": other})
             assert "data-scheme" not in answer.text
             marks.add(answer.headers["etag"])
         assert len(marks) == 3
 
 
 async def test_only_a_browser_is_shown_a_page_where_none_exists() -> None:
-    app = Starlette()
-    app.mount("/", Page(STATIC))
-    async with httpx.AsyncClient(
-        transport=httpx.ASGITransport(app=app), base_url="http://site"
-    ) as site:
+    async with site() as pages:
         browser = {"accept": "text/html,*/*;q=0.8", "accept-language": "de"}
-        answer = await site.get("/no/such/page", headers=browser)
+        answer = await pages.get("/no/such/page", headers=browser)
         assert answer.status_code == 404
         assert "Diese Kugel ging am Brett vorbei." in answer.text
         for path, accept in (("/no/such/page", "*/*"), ("/api/v1/none", browser["accept"])):
-            program = await site.get(path, headers={"accept": accept})
+            program = await pages.get(path, headers={"accept": accept})
             assert program.status_code == 404
             assert "<html" not in program.text
 
@@ -224,12 +212,8 @@ async def test_links_to_proofs_are_hidden_where_the_server_has_none() -> None:
     hides = ':root[data-proofs="none"] .proofs {\n  display: none !important;'
     assert hides in (STATIC / "css/base.css").read_text()
     for proofs in (True, False):
-        app = Starlette()
-        app.mount("/", Page(STATIC, proofs=proofs))
-        async with httpx.AsyncClient(
-            transport=httpx.ASGITransport(app=app), base_url="http://site"
-        ) as site:
-            text = (await site.get("/replay.html")).text
+        async with site(proofs=proofs) as pages:
+            text = (await pages.get("/replay.html")).text
             assert ('data-proofs="none"' in text) is not proofs
             assert len(re.findall(r'class="[^"]*\bproofs\b', text)) == 3
 
