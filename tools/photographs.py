@@ -145,7 +145,8 @@ def film(path: Path) -> None:
             states = drops[number].states(np.maximum(ages[number] - np.arange(12) / 60.0, 0.0))
             bodies[row] = number, states["x"][0], states["y"][0], states["theta"][0]
             trails[number] = np.column_stack([states["x"], states["y"]])
-        lit = {drops[n].bin for n, age in ages.items() if 0.0 <= age - drops[n].duration < 0.4}
+        landed = [n for n, age in ages.items() if 0.0 <= age - drops[n].duration < 0.4]
+        lit = {each for n in landed if (each := drops[n].bin) is not None}
         pixels = stage.frame(bodies, trails=trails, lit=lit)
         frames.append(Image.fromarray(pixels[int(stage.view.header) :]))
     frames[0].save(path, append_images=frames[1:], duration=50, loop=0, quality=60, method=4)

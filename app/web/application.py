@@ -114,7 +114,7 @@ _LIMITED: Final = {
 """Headers of a response that refuses a request because of a limit."""
 
 
-def _failures(path: str, operation: JsonObject) -> dict[str, object]:
+def _failures(path: str, operation: JsonObject) -> JsonObject:
     """The responses that follow from an operation's form: its path, body, parameters, token."""
     codes = [429, 503] if path.startswith("/api/") else [429]
     codes += [404] * ("{" in path) + [422] * ("parameters" in operation)
@@ -145,6 +145,6 @@ def _document(app: FastAPI, routes: Sequence[BaseRoute]) -> dict[str, object]:
                 # This server's 422 is a problem document, not the framework's own shape.
                 own = operation["responses"].items()
                 known = {code: each for code, each in own if "HTTPValidationError" not in str(each)}
-                operation["responses"] = _failures(path, operation) | known
+                operation["responses"] = {**_failures(path, operation), **known}
         app.openapi_schema = made
     return app.openapi_schema

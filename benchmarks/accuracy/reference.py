@@ -54,9 +54,7 @@ def reference(board: Board, drops: int, effort: Effort) -> Reference:
     try:
         importlib.import_module("tools.oracle")
     except ImportError as error:
-        raise MissingError(
-            f"the oracle needs the bench group: {error}"
-        ) from error
+        raise MissingError(f"the oracle needs the bench group: {error}") from error
     zone = board.drop
     xs = np.random.default_rng(2026).uniform(zone.x - zone.jitter, zone.x + zone.jitter, drops)
     rows: list[_Row] = []

@@ -5,7 +5,7 @@ from typing import Any
 import httpx
 import msgspec
 
-from plinko.app.web.schemas.problem import Problem
+from plinko.app.web.problems import Problem
 
 
 def problem(response: httpx.Response, status: int, code: str, *named: str) -> dict[str, Any]:

@@ -132,7 +132,7 @@ def test_the_files_are_a_program(tmp_path: Path) -> None:
     board, found = Board.preset("triangle-8"), drop("triangle-8", 42)
     for name, value in (("board", board), ("record", found)):
         (tmp_path / name).write_text(json.dumps(value.to_dict()))
-    command = [sys.executable, DOCS / "reproduce_drop.py", "board", "record"]
+    command = [sys.executable, str(DOCS / "reproduce_drop.py"), "board", "record"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout == f"computed {found.digest}\nrecorded {found.digest}\n"
 

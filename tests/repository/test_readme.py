@@ -17,6 +17,7 @@ from plinko.app.fairness.seeds import draw_mac, drop_mac
 from plinko.app.rooms.canonical import canonical
 from plinko.engine import drop_many
 from tests.long import tries
+from tools import reference
 from tools.readme import (
     INDEX,
     PAGES,
@@ -30,7 +31,6 @@ from tools.readme import (
     runner,
     without_measurements,
 )
-from tools import reference
 
 TEXT = README.read_text(encoding="utf-8")
 

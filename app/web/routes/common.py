@@ -360,9 +360,6 @@ def _reference(kind: type[msgspec.Struct]) -> dict[str, str]:
     return {"$ref": _REFERENCE.format(name=kind.__name__)}
 
 
-T = TypeVar("T")
-
-
 def decode(body: bytes, kind: type[T]) -> T:
     """A JSON body as `kind`.
 

@@ -8,6 +8,7 @@ import httpx
 import pytest
 
 from plinko.engine import drop
+from plinko.engine.parameters import SolverName
 from tests.app.conftest import TINY
 from tests.kit.problems import problem
 
@@ -371,7 +372,7 @@ def test_what_is_no_json_is_malformed(http: httpx.Client, body: bytes) -> None:
 def test_a_record_that_cannot_be_checked_is_refused(
     http: httpx.Client, changes: dict[str, Any], code: str, words: str
 ) -> None:
-    solver = "stepped" if "dt" in changes else "exact"
+    solver: SolverName = "stepped" if "dt" in changes else "exact"
     body = drop("triangle-16", 42, solver=solver).to_dict() | changes
     refused(http.post("/api/v1/verify", json=body), code, next(iter(changes)), words)
 
