@@ -133,7 +133,7 @@ def _services(settings: Settings) -> Services:
         session_tokens=SessionTokens(secret),
         computing=computing,
         room_drops=KeyedBuckets(settings.drop_rate, 2 * settings.drop_rate),
-        creators=Quota(settings.creator_rooms, "rooms of this address"),
+        creators=Quota("rooms of this address"),
         logs=RoomLogs(persistence.runs, None if database.in_memory else computing.readers.run),
         metrics=metrics,
         others=others,

@@ -143,11 +143,11 @@ class Settings:
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(
         1000,
-        "rooms created by players, open at once; rooms idle for an hour close for new ones",
+        "rooms created by players, open at once; rooms idle for an hour close for new ones, and one "
+        "address may create a tenth of the free places",
         1,
         1_000_000,
     )
-    creator_rooms: int = _setting(50, "open rooms that one address has created", 1, 1_000_000)
     workers: int = _setting(2, "processes for drops, pictures and board checks", 1, 256)
     log_format: str = _setting(
         "text", "`text` for people or `json`, one object a line", choices=("text", "json")

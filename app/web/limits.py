@@ -167,8 +167,7 @@ class Budgets:
 class Quota:
     """How many things of one kind each key may have open at a time."""
 
-    def __init__(self, most: int, what: str) -> None:
-        self.most = most
+    def __init__(self, what: str) -> None:
         self.what = what
         self._coming: Counter[str] = Counter()
 
@@ -180,7 +179,7 @@ class Quota:
         (but always three), so that a few keys cannot use up the rest. Raises QuotaError if `key`
         has its share already; things that are still being made count.
         """
-        most, count = min(self.most, max(_ALWAYS, left // 10)), has + self._coming[key]
+        most, count = max(_ALWAYS, left // 10), has + self._coming[key]
         if count >= most:
             raise QuotaError(
                 f"{count} {self.what} are open already; at most {most} may be open now"

@@ -87,7 +87,7 @@ def server(section: Section, effort: Effort) -> None:
     if not can_watch():
         section.absent.append("idle server: its processor time is read from /proc, as on Linux")
         return
-    with serving(["--max-rooms", "20000", "--creator-rooms", "2000"]) as running:
+    with serving(["--max-rooms", "20000"]) as running:
         for _ in range(rooms):
             _post(f"{running.address}/api/v1/rooms", {"board": "triangle-16"})
         effort.step("idle rooms")

@@ -37,7 +37,7 @@ def stakes_on_tiny() -> Iterator[None]:
 
 
 # One address may open a tenth of the rooms.
-PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "creator_rooms": 1000, "max_rooms": 100_000}
+PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "max_rooms": 100_000}
 
 
 @pytest.fixture(scope="session")

@@ -62,7 +62,7 @@ def browsed(folder: Path) -> ServerProcess:
         "from tests.kit import stakes; stakes.begin(); import plinko.__main__",
         *SERVE,
     )
-    return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--creator-rooms", "500"), program)
+    return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--max-rooms", "10000"), program)
 
 
 # All tests of this folder share one server and one browser, and run in sequence. Both fixtures end

@@ -13,7 +13,7 @@ from tests.kit.waiting import LIMIT, until
 
 def member(name: str, *flags: str, ledger: str = "") -> ServerProcess:
     """A server of this name; `ledger` if its address of PostgreSQL differs from the others'."""
-    common = ("--creator-rooms", "1000", "--workers", "1")
+    common = ("--max-rooms", "10000", "--workers", "1")
     return ServerProcess(name=name, flags=(*common, *flags), ledger=ledger)
 
 

@@ -102,7 +102,7 @@ def test_whatever_is_asked_the_answer_is_one_that_is_promised() -> None:
     failures = []
     with (
         constants(**{"plinko.app.web.routes.rooms.rooms.WAIT_SECONDS": 0.2}),
-        serving_here(drop_rate=1e6, creator_rooms=10_000, max_rooms=1_000_000) as server,
+        serving_here(drop_rate=1e6, max_rooms=1_000_000) as server,
     ):
         found = operations_of(f"{server.url}/openapi.json")
         for operation in found:

@@ -28,7 +28,6 @@ from tests.kit.waiting import until
 SETTINGS: dict[str, Any] = {
     "secret": "k" * 40,
     "drop_rate": 1000.0,
-    "creator_rooms": 1000,
     "max_rooms": 10_000,
     "operator_token": "o" * 40,
     "trusted_proxies": ("127.0.0.1",),

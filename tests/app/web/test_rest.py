@@ -516,14 +516,14 @@ def test_a_drop_says_how_sure_it_is_when_asked(http: httpx.Client) -> None:
 
 def test_an_address_s_rooms_are_limited() -> None:
     with (
-        serving(creator_rooms=2) as server,
+        serving(max_rooms=10) as server,
         server.client() as http,
     ):
         body = {"board": "triangle-8"}
-        opened = [http.post("/api/v1/rooms", json=body) for _ in range(2)]
-        assert [response.status_code for response in opened] == [201, 201]
+        opened = [http.post("/api/v1/rooms", json=body) for _ in range(3)]
+        assert [response.status_code for response in opened] == [201, 201, 201]
         refused = http.post("/api/v1/rooms", json=body)
-        problem(refused, 429, "room-quota", "2 rooms of this address")
+        problem(refused, 429, "room-quota", "3 rooms of this address")
         assert refused.headers["retry-after"] == "1"
         first = opened[0].json()
         headers = {"authorization": f"Bearer {first['token']}"}

@@ -216,8 +216,8 @@ def test_a_commit_without_an_answer_is_not_lost_or_undone(
             address, proxy = stack.enter_context(proxied(url, tmp_path))
         elif not cut:
             pytest.skip("SQLite has no line that could be silent")
-        rates = {"drop_rate": 1e6, "creator_rooms": 10**6}
-        server = stack.enter_context(serving(database_url=address, max_rooms=10**6, **rates))
+        rates = {"drop_rate": 1e6, "max_rooms": 10**6}
+        server = stack.enter_context(serving(database_url=address, **rates))
         ledger = server.services.ledger
         ledger.patience = _PATIENT if cut else _IMPATIENT
         if proxy is None:
