@@ -40,8 +40,8 @@ def _setting(
 
     A secret has no flag: every user of the machine can read a process's flags.
     """
-    rules = {"text": text, "low": low, "high": high, "choices": choices, "secret": secret}
-    rules |= {"form": re.compile(form), "wanted": wanted}
+    rules: dict[str, Any] = {"text": text, "low": low, "high": high, "choices": choices}
+    rules |= {"form": re.compile(form), "wanted": wanted, "secret": secret}
     return field(default=default, metadata=rules, repr=not secret)
 
 
@@ -143,7 +143,7 @@ class Settings:
     max_clients: int = _setting(1000, "clients in one room", 1, 1_000_000)
     max_rooms: int = _setting(
         1000,
-        "rooms created by players, open at once; rooms idle for an hour close for new ones, and one "
+        "rooms created by players, open at once; rooms idle for an hour close for new ones; one "
         "address may create a tenth of the free places",
         1,
         1_000_000,

@@ -10,7 +10,6 @@ import logging
 import sys
 import threading
 from datetime import UTC, datetime
-from typing import Any
 
 import msgspec
 
@@ -43,9 +42,9 @@ def configure(level: str, style: str) -> None:
         logging.getLogger(name).setLevel(max(logging.WARNING, logging.getLevelName(level.upper())))
     if style == "json":
         logging.captureWarnings(True)
-        sys.excepthook = lambda *error: _uncaught("the process ends by a fault", error)
-        threading.excepthook = lambda args: _uncaught("a thread ends by a fault", args[:3])
-        sys.unraisablehook = lambda args: _uncaught("a fault was passed over", args[:3])
+        sys.excepthook = lambda _, error, __: _uncaught("the process ends by a fault", error)
+        threading.excepthook = lambda args: _uncaught("a thread ends by a fault", args.exc_value)
+        sys.unraisablehook = lambda args: _uncaught("a fault was passed over", args.exc_value)
 
 
 def in_json() -> bool:
@@ -59,8 +58,8 @@ def json_line(event: str, **about: object) -> str:
     return JsonFormatter().format(record)
 
 
-def _uncaught(event: str, error: Any) -> None:
-    logging.getLogger("plinko").critical(event, exc_info=tuple(error))
+def _uncaught(event: str, error: BaseException | None) -> None:
+    logging.getLogger("plinko").critical(event, exc_info=error)
 
 
 class _Quiet(logging.Filter):

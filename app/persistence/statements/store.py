@@ -173,7 +173,7 @@ def drop(
     ((row, result),) = found
     receipt = tables.receipts.c
     chosen = RECEIPTS.where(receipt.room == run, receipt.ball == ball)
-    signed = connection.execute(chosen).first()
+    signed: Sequence[Any] | None = connection.execute(chosen).first()
     return row, None if signed is None else receipt_of(*signed), result
 
 
