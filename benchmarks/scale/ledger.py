@@ -41,12 +41,12 @@ def run(effort: Effort) -> Section:
     for kind in (PLAIN, STAKED):
         with tempfile.TemporaryDirectory() as folder:
             url = f"sqlite:///{Path(folder) / 'bench.db'}"
-            parts[f"SQLite, {kind}"] = _grown(url, kind, drops, effort)
+            parts[f"SQLite, {kind}"] = grown(url, kind, drops, effort)
         with postgresql() as address:
             if address is None:
                 section.absent.append("PostgreSQL: its server programs are not here")
             else:
-                parts[f"PostgreSQL, {kind}"] = _grown(address, kind, drops, effort)
+                parts[f"PostgreSQL, {kind}"] = grown(address, kind, drops, effort)
     section.data["bytes"] = parts
     section.tables.append(_table(parts, drops))
     return section
@@ -69,7 +69,7 @@ def _table(parts: dict[str, dict[str, float]], drops: int) -> Table:
     return Table("A million drops in the ledger", ["table", *parts], rows, [notes])
 
 
-def _grown(url: str, kind: str, drops: int, effort: Effort) -> dict[str, float]:
+def grown(url: str, kind: str, drops: int, effort: Effort) -> dict[str, float]:
     """Bytes a drop by database table; in total under an empty name."""
     database = Database(url)
     database.open()
