@@ -3,7 +3,7 @@
 This is the only place where that happens: every value of an input is a number within its range.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -91,7 +91,34 @@ class InputCheck:
 
         Raises InvalidValueError, MissingBallError, and BallLimitError when the room is full.
         """
-        return _CHECKS[type(message)](self, message)
+        ball = getattr(message, "ball", None)
+        if ball is not None and not self.world.has(ball):
+            raise no_such_ball(ball)
+        found: inputs.TouchingInput
+        match message:
+            case wire.AddMessage():
+                found = self._add(message)
+            case wire.KickMessage():
+                found = inputs.Kick(ball=message.ball, **_numbers(message, values.MOTION))
+            case wire.DragMessage():
+                found = self._drag(message)
+            case wire.ReleaseMessage():
+                found = inputs.Release(ball=message.ball)
+            case wire.RemoveMessage():
+                found = inputs.Remove(ball=message.ball)
+            case wire.ClearMessage():
+                found = inputs.Clear()
+            case wire.EditMessage():
+                found = self._edit(message)
+            case wire.SettingsMessage():
+                found = self._configure(message)
+            case wire.PauseMessage():
+                found = inputs.Pause(paused=message.paused)
+            case wire.StepMessage():
+                found = inputs.Step()
+            case wire.ResetMessage():
+                found = self._reset(message)
+        return found
 
     def drop(self, command: DropCommand) -> inputs.Drop:
         """The input for a drop; raises what `change` raises, and SeedError or ParameterError."""
@@ -124,12 +151,6 @@ class InputCheck:
         values.check_work(count + 1, settings.dt, settings.substeps, self.tick_rate)
         check_room(spot, self.world.bodies, self.coming)
 
-    def _ball(self, ball: int) -> int:
-        """Return `ball`; raises MissingBallError if the room has no such ball."""
-        if not self.world.has(ball):
-            raise no_such_ball(ball)
-        return ball
-
     def _add(self, asked: wire.AddMessage) -> inputs.Add:
         found = _numbers(asked, values.BALL, values.MOTION)
         self._check_given(found, "x", "y")
@@ -157,37 +178,24 @@ class InputCheck:
                 f"y {y!r} is not from {top:g} to {box.y_max - margin:g} m", field="y"
             )
 
-    def _kick(self, asked: wire.KickMessage) -> inputs.Kick:
-        return inputs.Kick(ball=self._ball(asked.ball), **_numbers(asked, values.MOTION))
-
     def _drag(self, asked: wire.DragMessage) -> inputs.Drag:
-        ball = self._ball(asked.ball)
         found = _numbers(asked, values.MOTION)
         self._check_given(found, "x", "y")
         # A pointer may leave the box; the hand stays inside.
         box = self.world.extent
         x = min(max(found["x"], box.x_min), box.x_max)
         y = min(max(found["y"], box.y_min - 2.0), box.y_max)
-        return inputs.Drag(ball=ball, x=x, y=y)
-
-    def _release(self, asked: wire.ReleaseMessage) -> inputs.Release:
-        return inputs.Release(ball=self._ball(asked.ball))
-
-    def _remove(self, asked: wire.RemoveMessage) -> inputs.Remove:
-        return inputs.Remove(ball=self._ball(asked.ball))
-
-    def _clear(self, asked: wire.ClearMessage) -> inputs.Clear:
-        return inputs.Clear()
+        return inputs.Drag(ball=asked.ball, x=x, y=y)
 
     def _edit(self, asked: wire.EditMessage) -> inputs.Edit:
-        ball = self._ball(asked.ball)
         found = _numbers(asked, values.BALL)
         if not found:
             known = ", ".join(values.BALL)
             raise InvalidValueError(
-                f"the edit of ball {ball} sets none of: {known}; give at least one", field="type"
+                f"the edit of ball {asked.ball} sets none of: {known}; give at least one",
+                field="type",
             )
-        return inputs.Edit(ball=ball, **found)
+        return inputs.Edit(ball=asked.ball, **found)
 
     def _configure(self, asked: wire.SettingsMessage) -> inputs.Configure:
         ranges = {name: values.BALL[name] for name in BALL_NAMES}
@@ -196,12 +204,6 @@ class InputCheck:
         dt, substeps = found.get("dt", now.dt), found.get("substeps", now.substeps)
         values.check_work(self.world.count, dt, substeps, self.tick_rate)
         return inputs.Configure(**found)
-
-    def _pause(self, asked: wire.PauseMessage) -> inputs.Pause:
-        return inputs.Pause(paused=asked.paused)
-
-    def _step(self, asked: wire.StepMessage) -> inputs.Step:
-        return inputs.Step()
 
     def _reset(self, asked: wire.ResetMessage) -> inputs.Reset:
         wanted = asked.scene
@@ -220,18 +222,3 @@ def _numbers(asked: wire.Change, *tables: Mapping[str, values.Range]) -> dict[st
     """The values of a message, by name, as numbers within the ranges of `tables`."""
     said = msgspec.structs.asdict(asked)
     return values.checked({k: v for k, v in said.items() if k not in ("ref", "ball")}, *tables)
-
-
-_CHECKS: Final[dict[type[wire.Change], Callable[..., inputs.TouchingInput]]] = {
-    wire.AddMessage: InputCheck._add,
-    wire.KickMessage: InputCheck._kick,
-    wire.DragMessage: InputCheck._drag,
-    wire.ReleaseMessage: InputCheck._release,
-    wire.RemoveMessage: InputCheck._remove,
-    wire.ClearMessage: InputCheck._clear,
-    wire.EditMessage: InputCheck._edit,
-    wire.SettingsMessage: InputCheck._configure,
-    wire.PauseMessage: InputCheck._pause,
-    wire.StepMessage: InputCheck._step,
-    wire.ResetMessage: InputCheck._reset,
-}

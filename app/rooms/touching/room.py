@@ -209,29 +209,21 @@ class TouchingRoom(Room):
         ball = getattr(asked, "ball", None)
         if ball is not None and not self.world.has(ball):
             return Entered(pending, [], failed=no_such_ball(ball))
-        own = _OWN_ACTS.get(type(asked))
-        events = self.table.carry_out(asked) if own is None else own(self, asked)
+        events = self.table.carry_out(asked)
+        match asked:
+            case inputs.Configure():
+                events.append(self._settings_event())
+            case inputs.Pause():
+                self.paused, self._steps = asked.paused, 0
+                events.append(self._settings_event())
+            case inputs.Step():
+                self._steps += self.paused
+            case inputs.Reset(scene=scene):
+                ground = Scene(scene) if isinstance(scene, dict) else self.ground
+                self._begin_on(ground, self.world.tick)
         self.drops += sum(isinstance(event, messages.Accepted) for event in events)
         self.seq += len(events)
         return Entered(pending, events, asked.restarts)
-
-    def _configure(self, asked: inputs.Configure) -> list[messages.Event]:
-        return [*self.table.configure(asked), self._settings_event()]
-
-    def _pause(self, asked: inputs.Pause) -> list[messages.Event]:
-        self.paused = asked.paused
-        self._steps = 0
-        return [self._settings_event()]
-
-    def _step_once(self, asked: inputs.Step) -> list[messages.Event]:
-        if self.paused:
-            self._steps += 1
-        return []
-
-    def _reset(self, asked: inputs.Reset) -> list[messages.Event]:
-        scene = asked.scene
-        self._begin_on(Scene(scene) if isinstance(scene, dict) else self.ground, self.world.tick)
-        return []
 
     def _settings_event(self) -> messages.RoomSettings:
         return messages.RoomSettings(
@@ -465,12 +457,3 @@ def _contact(touch: Touch, fall: Fall | None, tick: int) -> messages.Contact:
         index=touch.b if touch.kind == "ball" else touch.index,
         speed=touch.speed,
     )
-
-
-# `Table` carries out the other inputs.
-_OWN_ACTS: Final[dict[type[inputs.TouchingInput], Callable[..., list[messages.Event]]]] = {
-    inputs.Configure: TouchingRoom._configure,
-    inputs.Pause: TouchingRoom._pause,
-    inputs.Step: TouchingRoom._step_once,
-    inputs.Reset: TouchingRoom._reset,
-}

@@ -1,8 +1,6 @@
 """A board or scene with its balls, and the code that carries out inputs on them. Pure."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
 from plinko.app.protocol import messages
 from plinko.app.rooms.touching import inputs, values
@@ -37,15 +35,45 @@ class Table:
 
     def carry_out(self, asked: inputs.TouchingInput) -> list[messages.Event]:
         """Carry out an input; returns the events to announce."""
-        return _ACTS[type(asked)](self, asked)
+        world, arena, tick = self.world, self.world.arena, self.world.tick
+        events: list[messages.Event] = []
+        match asked:
+            case inputs.Drop():
+                events.append(self._drop(asked))
+            case inputs.Add():
+                made_of = given(asked, "vx", "vy", "omega")
+                events.append(messages.Placed(tick=tick, ball=arena.add(**given(asked)), **made_of))
+            case inputs.Kick():
+                motion = {"vx": 0.0, "vy": 0.0, "omega": 0.0} | given(asked, "ball")
+                arena.kick(asked.ball, motion["vx"], motion["vy"], motion["omega"])
+            case inputs.Drag():
+                world.hold(asked.ball, asked.x, asked.y)
+            case inputs.Release():
+                world.release(asked.ball)
+            case inputs.Remove():
+                world.release(asked.ball)
+                arena.remove(asked.ball)
+                self.falls.pop(asked.ball, None)
+                events.append(messages.Removed(tick=tick, balls=[asked.ball]))
+            case inputs.Clear():
+                events.append(messages.Removed(tick=tick, balls=world.bodies["id"].tolist()))
+                arena.clear()
+                world.holds.clear()
+                self.falls.clear()
+            case inputs.Edit():
+                changes = given(asked, "ball")
+                arena.edit(asked.ball, **changes)
+                events.append(messages.Edited(tick=tick, ball=asked.ball, **changes))
+            case inputs.Configure():
+                events += self._configure(asked)
+        return events
 
     def settings(self) -> dict[str, float]:
         """The arena's settings and the default material of a ball."""
         now = self.world.arena.settings
         return {name: getattr(now, name) for name in values.SETTINGS} | self.made_of
 
-    def configure(self, asked: inputs.Configure) -> list[messages.Event]:
-        """Change the settings, and the material of all balls; returns the events to announce."""
+    def _configure(self, asked: inputs.Configure) -> list[messages.Event]:
         of_balls, of_room = given(asked, *values.SETTINGS), given(asked, *BALL_NAMES)
         events: list[messages.Event] = []
         if of_balls:
@@ -56,7 +84,7 @@ class Table:
             self.world.arena.configure(**of_room)
         return events
 
-    def _drop(self, asked: inputs.Drop) -> list[messages.Event]:
+    def _drop(self, asked: inputs.Drop) -> messages.Accepted:
         board, tick = self.ground, self.world.tick
         assert isinstance(board, Board)
         start = asked.start(board)
@@ -64,7 +92,7 @@ class Table:
         ball = self.world.arena.add(start, board.drop.y, **made)
         begun = messages.BallStart(ball, asked.seed, start, tick)
         self.falls[ball] = Fall(begun, self.world.arena.time)
-        accepted = messages.Accepted(
+        return messages.Accepted(
             ball=ball,
             seed=asked.seed,
             x=start,
@@ -72,43 +100,6 @@ class Table:
             aim=asked.aim,
             tick=tick,
         )
-        return [accepted]
-
-    def _add(self, asked: inputs.Add) -> list[messages.Event]:
-        ball = self.world.arena.add(**given(asked))
-        made_of = given(asked, "vx", "vy", "omega")
-        return [messages.Placed(tick=self.world.tick, ball=ball, **made_of)]
-
-    def _kick(self, asked: inputs.Kick) -> list[messages.Event]:
-        motion = {"vx": 0.0, "vy": 0.0, "omega": 0.0} | given(asked, "ball")
-        self.world.arena.kick(asked.ball, motion["vx"], motion["vy"], motion["omega"])
-        return []
-
-    def _drag(self, asked: inputs.Drag) -> list[messages.Event]:
-        self.world.hold(asked.ball, asked.x, asked.y)
-        return []
-
-    def _release(self, asked: inputs.Release) -> list[messages.Event]:
-        self.world.release(asked.ball)
-        return []
-
-    def _remove(self, asked: inputs.Remove) -> list[messages.Event]:
-        self.world.release(asked.ball)
-        self.world.arena.remove(asked.ball)
-        self.falls.pop(asked.ball, None)
-        return [messages.Removed(tick=self.world.tick, balls=[asked.ball])]
-
-    def _clear(self, asked: inputs.Clear) -> list[messages.Event]:
-        gone: list[int] = self.world.bodies["id"].tolist()
-        self.world.arena.clear()
-        self.world.holds.clear()
-        self.falls.clear()
-        return [messages.Removed(tick=self.world.tick, balls=gone)]
-
-    def _edit(self, asked: inputs.Edit) -> list[messages.Event]:
-        changes = given(asked, "ball")
-        self.world.arena.edit(asked.ball, **changes)
-        return [messages.Edited(tick=self.world.tick, ball=asked.ball, **changes)]
 
 
 def _made_of(ground: Board | Scene) -> dict[str, float]:
@@ -117,15 +108,3 @@ def _made_of(ground: Board | Scene) -> dict[str, float]:
         return {name: getattr(ground.ball, name) for name in BALL_NAMES}
     usual = {name: float(values.BALL[name].default or 0.0) for name in BALL_NAMES}
     return {name: ground.values.get(name, usual[name]) for name in BALL_NAMES}
-
-
-_ACTS: Final[dict[type[inputs.TouchingInput], Callable[..., list[messages.Event]]]] = {
-    inputs.Drop: Table._drop,
-    inputs.Add: Table._add,
-    inputs.Kick: Table._kick,
-    inputs.Drag: Table._drag,
-    inputs.Release: Table._release,
-    inputs.Remove: Table._remove,
-    inputs.Clear: Table._clear,
-    inputs.Edit: Table._edit,
-}
