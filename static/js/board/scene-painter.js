@@ -1,10 +1,9 @@
-// Paints scenes over one board at one size in one theme, and clears only what it painted last.
+// Paints scenes over one board at one size in one theme.
 
 import { labelOf } from "../model/board.js";
 import { fillTrail, makeFlashes, paintBall, paintFlash, paintLight, paintPaid } from "../paint/ball.js";
-import { beamHeight, facesOf, paintPulse, pulseOf } from "../paint/bin.js";
+import { facesOf, paintPulse, pulseOf } from "../paint/bin.js";
 import { binBox } from "../paint/board.js";
-import { Damage } from "../paint/damage.js";
 import { paintNote, paintPath, paintRing } from "../paint/marks.js";
 import { NameBook, placeNames } from "../paint/names.js";
 import { coloursOf, prizeOf } from "../paint/prizes.js";
@@ -12,7 +11,7 @@ import { t } from "../texts/text.js";
 import { StampBook } from "../paint/stamps.js";
 import { metric, multiplier } from "../util/format.js";
 
-/** @import { Board, Point } from "../model/board.js" */
+/** @import { Board } from "../model/board.js" */
 /** @import { BinHit, Flash, Parting, Scene, SceneBall, Streak } from "../model/scene.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
@@ -29,14 +28,10 @@ const PAID_RISE = 46; // CSS pixels that a score rises
 
 /** Caches the stamps of balls and pegs; another size or theme needs another painter. */
 export class ScenePainter {
-  #damage = new Damage();
-  #points = new Float64Array(64);
   /** @type {ReturnType<typeof facesOf> | null} */
   #faces = null;
   /** @type {ReturnType<typeof makeFlashes> | null} */
   #flashes = null;
-  /** Balls by the colour of their tails. @type {Map<string, SceneBall[]>} */
-  #tails = new Map();
   /** The names in the last picture. @type {ReturnType<typeof placeNames>} */
   #placed = new Map();
 
@@ -50,8 +45,6 @@ export class ScenePainter {
     this.still = still;
     this.stamps = new StampBook(this.radius, density, theme);
     this.names = new NameBook(Math.max(12, Math.min(26, 0.2 * geometry.scale)), density);
-    // The previous painter may have left something on the canvas.
-    this.#damage.add(0, 0, geometry.width, geometry.height);
   }
 
   /** The bins at rest, kept from when a ball first hits one. */
@@ -67,8 +60,9 @@ export class ScenePainter {
 
   /** @param {CanvasRenderingContext2D} ctx scaled to CSS pixels @param {Scene} scene */
   draw(ctx, scene) {
-    this.#damage.clear(ctx, this.geometry.width, this.geometry.height);
-    for (const path of scene.paths) this.#drawPath(ctx, path);
+    ctx.clearRect(0, 0, this.geometry.width, this.geometry.height);
+    const style = { colour: this.theme.palette.trayMark, width: Math.max(1.5, 0.25 * this.radius), alpha: 0.75 };
+    for (const path of scene.paths) paintPath(ctx, this.geometry, path, style);
     for (const streak of scene.streaks ?? []) this.#drawStreak(ctx, streak);
     if (scene.fork) this.#drawFork(ctx, scene.fork);
     for (const flash of scene.flashes) this.#drawFlash(ctx, flash);
@@ -82,22 +76,24 @@ export class ScenePainter {
   }
 
   /**
-   * Draws the trails colour by colour, those of the player's own balls last. A trail covers the last
-   * moments of the path, so a faster ball has a longer one.
+   * Draws the trails, those of the player's own balls last. A trail covers the last moments of the path, so a
+   * faster ball has a longer one.
    * @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls
    */
   #drawTrails(ctx, balls) {
-    for (const tails of this.#tails.values()) tails.length = 0;
-    for (const ball of balls) this.#tailsOf(ball).push(ball);
+    const { px, py } = this.geometry;
     const { trail } = this.theme.shapes;
     ctx.save();
     this.#clipAboveBins(ctx);
-    for (const mine of [false, true]) {
-      for (const [colour, tails] of this.#tails) {
-        if (!tails.some((ball) => ball.mine === mine)) continue;
-        ctx.fillStyle = colour;
-        this.#fillTrails(ctx, tails, mine, { ...trail, part: 1 });
-        if (mine) this.#fillTrails(ctx, tails, mine, trail.core);
+    for (const own of [false, true]) {
+      for (const ball of balls) {
+        if (ball.mine !== own) continue;
+        ctx.fillStyle = this.stamps.of(ball).colour;
+        const points = ball.trail.map(({ x, y }) => ({ x: px(x), y: py(y) }));
+        for (const { width, alpha, part } of own ? [{ ...trail, part: 1 }, trail.core] : [{ ...trail, part: 1 }]) {
+          ctx.globalAlpha = alpha;
+          fillTrail(ctx, points.slice(0, Math.ceil(part * points.length)), width * this.radius);
+        }
       }
     }
     ctx.restore();
@@ -109,36 +105,6 @@ export class ScenePainter {
     ctx.beginPath();
     ctx.rect(0, 0, width, binTop + 2);
     ctx.clip();
-  }
-
-  /** @param {SceneBall} ball @returns {SceneBall[]} the balls whose trails have its colour */
-  #tailsOf(ball) {
-    const { colour } = this.stamps.of(ball);
-    let tails = this.#tails.get(colour);
-    if (!tails) this.#tails.set(colour, (tails = []));
-    return tails;
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} ctx
-   * @param {SceneBall[]} balls
-   * @param {boolean} mine whether to draw the player's own balls, or the others
-   * @param {{width: number, alpha: number, part: number}} shape part: of the trail's length
-   */
-  #fillTrails(ctx, balls, mine, { width, alpha, part }) {
-    const { px, py } = this.geometry;
-    const points = this.#points;
-    ctx.globalAlpha = alpha;
-    for (const ball of balls) {
-      if (ball.mine !== mine) continue;
-      const count = Math.min(Math.ceil(part * ball.trailCount), points.length / 2);
-      for (let i = 0; i < count; i += 1) {
-        points[2 * i] = px(ball.trail[2 * i]);
-        points[2 * i + 1] = py(ball.trail[2 * i + 1]);
-      }
-      fillTrail(ctx, points, count, width * this.radius);
-      if (part === 1) this.#damage.addPoints(points, count, this.radius + 2);
-    }
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {SceneBall} ball */
@@ -157,7 +123,6 @@ export class ScenePainter {
     paintLight(ctx, halo, atX, atY);
     paintBall(ctx, body, atX, atY, angle);
     if (sinking) ctx.restore();
-    this.#touch(atX, atY, Math.max(1.6 * radius, halo.half) + 3);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {SceneBall[]} balls */
@@ -168,25 +133,19 @@ export class ScenePainter {
     this.#placed = placeNames(plates, { width, height: binTop, reach: this.radius + 2 }, this.#placed);
     for (const { box, sheet } of this.#placed.values()) {
       ctx.drawImage(sheet, box.x, box.y, box.width, box.height);
-      this.#damage.add(box.x - 1, box.y - 1, box.width + 2, box.height + 2);
     }
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {Flash} flash */
   #drawFlash(ctx, { x, y, radius, age, strength }) {
     const { px, py, scale } = this.geometry;
-    const reach = paintFlash(ctx, this.flashes, px(x), py(y), radius * scale, age, strength);
-    this.#touch(px(x), py(y), reach + 1);
+    paintFlash(ctx, this.flashes, px(x), py(y), radius * scale, age, strength);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */
   #drawHit(ctx, { bin, age, score }) {
     const box = binBox(this.geometry, this.board, bin);
-    const pulse = pulseOf(score, age);
-    paintPulse(ctx, this.faces, box, pulse, this.theme, this.density, score);
-    const beam = beamHeight(box, pulse);
-    const { x, y, width, height } = box;
-    this.#damage.add(x - 6, y - beam - 16, width + 12, height + beam + 32);
+    paintPulse(ctx, this.faces, box, pulseOf(score, age), this.theme, this.density, score);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */
@@ -197,13 +156,12 @@ export class ScenePainter {
     const at = y - size - PAID_RISE * (1 - (1 - age) ** 3);
     const { palette } = this.theme;
     const colours = coloursOf(labelOf(this.board, bin), this.theme.payout(score));
-    const wide = paintPaid(ctx, middle, at, size, prizeOf(this.board, bin, score), age, colours, palette.shadow);
-    this.#damage.add(middle - wide / 2 - 4, at - size, wide + 8, 2.2 * size);
+    paintPaid(ctx, middle, at, size, prizeOf(this.board, bin, score), age, colours, palette.shadow);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {number} x */
   #drawAim(ctx, x) {
-    const { px, dropY, aimBottom } = this.geometry;
+    const { px, dropY } = this.geometry;
     const at = px(x);
     ctx.globalAlpha = 0.55;
     paintBall(ctx, this.stamps.of({ mine: true }).body, at, dropY, 0);
@@ -215,26 +173,10 @@ export class ScenePainter {
     ctx.lineTo(at - 8, tip - 12);
     ctx.lineTo(at + 8, tip - 12);
     ctx.fill();
-    this.#damage.add(at - this.radius - 12, 0, 2 * this.radius + 24, aimBottom + this.radius);
-  }
-
-  /** @param {CanvasRenderingContext2D} ctx @param {Point[]} path */
-  #drawPath(ctx, path) {
-    const { px, py, width, height } = this.geometry;
-    ctx.strokeStyle = this.theme.palette.trayMark;
-    ctx.globalAlpha = 0.75;
-    ctx.lineWidth = Math.max(1.5, 0.25 * this.radius);
-    ctx.lineJoin = "round";
-    ctx.beginPath();
-    for (const { x, y } of path) ctx.lineTo(px(x), py(y));
-    ctx.stroke();
-    ctx.globalAlpha = 1;
-    this.#damage.add(0, 0, width, height);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {Streak} streak */
   #drawStreak(ctx, { points, age }) {
-    const { width, height } = this.geometry;
     const { palette } = this.theme;
     const left = (1 - age) ** 1.5;
     const line = Math.max(2, 0.55 * this.radius);
@@ -243,7 +185,6 @@ export class ScenePainter {
     ])) {
       paintPath(ctx, this.geometry, points, { colour, width: wide, alpha: alpha * left });
     }
-    this.#damage.add(0, 0, width, height);
   }
 
   /**
@@ -251,7 +192,7 @@ export class ScenePainter {
    * @param {CanvasRenderingContext2D} ctx @param {Parting} fork
    */
   #drawFork(ctx, { at, path, hair, score }) {
-    const { px, py, width, height } = this.geometry;
+    const { px, py, width } = this.geometry;
     const { palette } = this.theme;
     const line = Math.max(1.5, 0.3 * this.radius);
     const aside = { colour: palette.other, width: line, alpha: 0.75, dash: [2 * line, 2.5 * line] };
@@ -261,11 +202,5 @@ export class ScenePainter {
     paintNote(ctx, t("play.aside", { hair: metric(hair), pays: multiplier(score) }), {
       x: px(at.x), y: py(at.y), gap: 2 * this.radius + size, size, width,
     }, palette);
-    this.#damage.add(0, 0, width, height);
-  }
-
-  /** @param {number} x @param {number} y @param {number} reach */
-  #touch(x, y, reach) {
-    this.#damage.add(x - reach, y - reach, 2 * reach, 2 * reach);
   }
 }

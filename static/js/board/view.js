@@ -1,4 +1,4 @@
-// A board on two canvases: one for what never moves, one that is redrawn only where something moved.
+// A board on two canvases: one for what never moves, one for each scene.
 
 import { boardWords, placeOf } from "../model/worlds.js";
 import { ALL_GROUNDS, paintBoard } from "../paint/board.js";

@@ -19,8 +19,7 @@
  * @property {number} angle
  * @property {boolean} mine
  * @property {string} [colour] #rrggbb; by default the colour for this player's or others' balls
- * @property {Float64Array} trail x y x y …, newest first
- * @property {number} trailCount
+ * @property {Point[]} trail newest first
  * @property {number} [id]
  * @property {string} [name] shown at the ball
  *

@@ -3,6 +3,7 @@
 import { disc, sheetContext } from "../util/canvas.js";
 import { LABEL_FONT } from "./board.js";
 
+/** @import { Point } from "../model/board.js" */
 /** @import { BallShape, PayoutColour } from "./theme.js" */
 
 const MARGIN = 0.6; // of the radius, around the ball in its stamp, for the shadow
@@ -108,39 +109,28 @@ export function paintBall(ctx, { sheet, half, side }, x, y, angle) {
  * Fills a trail: a ribbon that narrows to nothing, away from the ball. Each trail is filled separately:
  * in one path with all trails, the browser would examine all their edges for every row of pixels.
  * @param {CanvasRenderingContext2D} ctx
- * @param {Float64Array} points x0 y0 x1 y1 … CSS pixels, newest first
- * @param {number} count how many points are valid
+ * @param {Point[]} points CSS pixels, newest first
  * @param {number} width half the ribbon's width at the ball, CSS pixels
  */
-export function fillTrail(ctx, points, count, width) {
-  if (count < 3) return;
+export function fillTrail(ctx, points, width) {
+  const last = points.length - 1;
+  if (last < 2) return;
   ctx.beginPath();
-  edge(ctx, points, count, 0, width, true);
-  for (let i = 1; i < count; i += 1) edge(ctx, points, count, i, width, false);
-  for (let i = count - 2; i >= 0; i -= 1) edge(ctx, points, count, i, -width, false);
+  for (let i = 0; i <= last; i += 1) edge(ctx, points, i, width);
+  for (let i = last - 1; i >= 0; i -= 1) edge(ctx, points, i, -width);
   ctx.fill();
 }
 
 /**
  * Adds a point of the ribbon's outline: point i, shifted sideways by half the ribbon's width there.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Float64Array} points
- * @param {number} count
- * @param {number} i
- * @param {number} width
- * @param {boolean} first
+ * @param {CanvasRenderingContext2D} ctx @param {Point[]} points @param {number} i @param {number} width
  */
-function edge(ctx, points, count, i, width, first) {
-  const before = Math.max(0, i - 1);
-  const after = Math.min(count - 1, i + 1);
-  const dx = points[2 * after] - points[2 * before];
-  const dy = points[2 * after + 1] - points[2 * before + 1];
-  const length = Math.sqrt(dx * dx + dy * dy) || 1;
-  const half = width * (1 - i / (count - 1));
-  const x = points[2 * i] - (dy / length) * half;
-  const y = points[2 * i + 1] + (dx / length) * half;
-  if (first) ctx.moveTo(x, y);
-  else ctx.lineTo(x, y);
+function edge(ctx, points, i, width) {
+  const last = points.length - 1;
+  const [before, after] = [points[Math.max(0, i - 1)], points[Math.min(last, i + 1)]];
+  const [dx, dy] = [after.x - before.x, after.y - before.y];
+  const half = (width * (1 - i / last)) / (Math.hypot(dx, dy) || 1);
+  ctx.lineTo(points[i].x - dy * half, points[i].y + dx * half);
 }
 
 /**
@@ -229,14 +219,12 @@ function stampFlash(ctx, radius, colour, age, alpha) {
  * @param {number} radius of the peg, CSS pixels
  * @param {number} age 0 … 1
  * @param {number} strength 0 … 1
- * @returns {number} the radius of the flash, CSS pixels
  */
 export function paintFlash(ctx, flashes, x, y, radius, age, strength) {
   const column = Math.min(FLASH_STEPS - 1, Math.floor(age * FLASH_STEPS));
   const row = Math.round(strength * (FLASH_STRENGTHS - 1));
   const reach = (flashes.half * radius) / flashes.radius;
   paintLight(ctx, flashes, x, y, { column, row, reach });
-  return reach;
 }
 
 /**
@@ -258,7 +246,6 @@ function flashRadius(radius, age) {
  * @param {number} age 0 … 1
  * @param {Pick<PayoutColour, "fill" | "ink">} colour
  * @param {string} shadow
- * @returns {number} the ticket's width, CSS pixels
  */
 export function paintPaid(ctx, x, y, size, text, age, colour, shadow) {
   ctx.font = `700 ${size}px ${LABEL_FONT}`;
@@ -276,7 +263,6 @@ export function paintPaid(ctx, x, y, size, text, age, colour, shadow) {
   ctx.fillStyle = colour.ink;
   ctx.fillText(text, x, y + 0.06 * size);
   ctx.globalAlpha = 1;
-  return width;
 }
 
 /**

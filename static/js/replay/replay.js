@@ -33,7 +33,6 @@ const solving = openSolver().catch(() => null);
 
 /** A drop's record, and its scene at any time. */
 export class Replay {
-  #trail = new Float64Array(2 * TRAIL_POINTS);
   /** @type {State[] | null} */
   #path = null;
 
@@ -153,14 +152,9 @@ export class Replay {
   /** @param {number} t @param {boolean} mine */
   #ball(t, mine) {
     const { x, y, theta } = this.motion.stateAt(t);
-    const ball = { x, y, angle: theta, mine, trail: this.#trail, trailCount: 0 };
-    for (let i = 0; i < TRAIL_POINTS && t - i * TRAIL_STEP >= 0; i += 1) {
-      const was = this.motion.stateAt(t - i * TRAIL_STEP);
-      this.#trail[2 * i] = was.x;
-      this.#trail[2 * i + 1] = was.y;
-      ball.trailCount = i + 1;
-    }
-    return ball;
+    const times = Array.from({ length: TRAIL_POINTS }, (_, i) => t - i * TRAIL_STEP);
+    const trail = times.filter((then) => then >= 0).map((then) => this.motion.stateAt(then));
+    return { x, y, angle: theta, mine, trail };
   }
 }
 

@@ -255,8 +255,7 @@ export class Table {
       trace: mine && this.tracing ? new Trace() : null,
       ...(tag && { tag }),
       pose: {
-        x, y: board.drop.y, angle: 0, mine, trail: new Float64Array(2 * OWN_TRAIL_POINTS),
-        trailCount: 0, id, ...tag,
+        x, y: board.drop.y, angle: 0, mine, trail: [], id, ...tag,
       },
       passed: (a, b, law) => {
         ball.trace?.follow(a, b, law);
@@ -313,18 +312,12 @@ export class Table {
   #pose(ball, t) {
     const { pose, path } = ball;
     const { x, y, angle } = this.#place(ball, t);
-    Object.assign(pose, { x, y, angle, mine: ball.mine });
-    pose.trail[0] = pose.x;
-    pose.trail[1] = pose.y;
-    pose.trailCount = 1;
+    Object.assign(pose, { x, y, angle, mine: ball.mine, trail: [{ x, y }] });
     const most = ball.mine ? OWN_TRAIL_POINTS : TRAIL_POINTS;
     for (let i = 1; i < most; i += 1) {
       const then = t - i * TRAIL_STEP;
       if (then < path.start) break;
-      const was = this.#place(ball, then);
-      pose.trail[2 * i] = was.x;
-      pose.trail[2 * i + 1] = was.y;
-      pose.trailCount = i + 1;
+      pose.trail.push(this.#place(ball, then));
     }
     return pose;
   }

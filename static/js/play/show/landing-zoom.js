@@ -24,7 +24,6 @@ export class LandingZoom {
   #shown = null;
   /** @type {number | null} local time at which it began, s */
   #since = null;
-  #trail = new Float64Array(2 * TRAIL);
 
   clear() {
     this.#shown = null;
@@ -85,13 +84,9 @@ export class LandingZoom {
   /** @param {Solved} drop @param {number} t s since its start */
   #slowBall(drop, t) {
     const times = Array.from({ length: TRAIL }, (_, i) => Math.max(0, t - i * TRAIL_S));
-    const states = drop.states(times);
-    states.forEach((state, i) => {
-      this.#trail[2 * i] = state.x;
-      this.#trail[2 * i + 1] = state.y;
-    });
-    const [{ x, y }] = states;
-    return { x, y, angle: 0, mine: true, trail: this.#trail, trailCount: TRAIL };
+    const trail = drop.states(times);
+    const [{ x, y }] = trail;
+    return { x, y, angle: 0, mine: true, trail };
   }
 }
 
