@@ -1,4 +1,4 @@
-// A chart over time or count: areas, lines, ticks for events, and one marked place. Redrawn only on change.
+// A chart over time or count: areas, lines, ticks for events, and one marked place.
 
 import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
 import { disc, fitted } from "../util/canvas.js";
@@ -41,8 +41,6 @@ export class Chart {
   #plot = null;
   /** @type {number | null} */
   #mark = null;
-  #picture = document.createElement("canvas");
-  #stale = true;
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -52,26 +50,21 @@ export class Chart {
   constructor(canvas, theme, onPick) {
     this.canvas = canvas;
     this.theme = theme;
-    new ResizeObserver(() => this.#redraw()).observe(canvas);
-    theme.onChange(() => this.#redraw());
+    new ResizeObserver(() => this.#draw()).observe(canvas);
+    theme.onChange(() => this.#draw());
     if (onPick) this.#followPointer(onPick);
   }
 
   /** @param {Plot} plot */
   set(plot) {
     this.#plot = plot;
-    this.#redraw();
+    this.#draw();
   }
 
   /** @param {number | null} x the place to mark */
   mark(x) {
     if (x === this.#mark) return;
     this.#mark = x;
-    this.#draw();
-  }
-
-  #redraw() {
-    this.#stale = true;
     this.#draw();
   }
 
@@ -87,20 +80,16 @@ export class Chart {
   #draw() {
     const size = this.#size();
     if (!this.#plot || size.width === 0) return;
-    if (this.#stale) {
-      const ctx = fitted(this.#picture, size);
-      const sheet = { ctx, palette: this.theme.palette, ...size, ...scales(size, this.#plot) };
-      const { series, events = [], limit } = this.#plot;
-      paintAxes(sheet, this.#plot);
-      for (const curve of series) paintSeries(sheet, curve);
-      paintEvents(sheet, events);
-      if (limit) paintLimit(sheet, limit);
-      this.#stale = false;
-    }
-    const ctx = fitted(this.canvas, size);
-    ctx.drawImage(this.#picture, 0, 0, size.width, size.height);
+    const sheet = {
+      ctx: fitted(this.canvas, size), palette: this.theme.palette, ...size, ...scales(size, this.#plot),
+    };
+    const { series, events = [], limit } = this.#plot;
+    paintAxes(sheet, this.#plot);
+    for (const curve of series) paintSeries(sheet, curve);
+    paintEvents(sheet, events);
+    if (limit) paintLimit(sheet, limit);
     if (this.#mark === null) return;
-    const { px } = scales(size, this.#plot);
+    const { ctx, px } = sheet;
     const x = px(Math.min(this.#plot.x.to, Math.max(this.#plot.x.from, this.#mark)));
     ctx.fillStyle = this.theme.palette.trayMark;
     const { top, bottom } = size.margin;

@@ -67,7 +67,6 @@ export function samplesNeeded(record) {
 
 export class Motion {
   #stretches;
-  #hint = 0;
 
   /** @param {Board} board @param {DropRecord} record @param {Sampled} sampled */
   constructor(board, record, sampled) {
@@ -98,16 +97,14 @@ export class Motion {
   stateAt(t) {
     if (t <= this.start.t) return this.start;
     if (t >= this.duration) return this.end;
-    const stretch = this.#stretches[this.#stretchAt(t)];
+    const stretch = this.#stretches.findLast(({ from }) => from <= t) ?? this.#stretches[0];
     if (stretch.how === "flight") return flown(stretch.states[0], t, this.law);
     return between(stretch, t);
   }
 
   /** @param {number} t @returns {number} how many events have happened up to t */
   eventsBy(t) {
-    let count = 0;
-    while (count < this.events.length && this.events[count].t <= t) count += 1;
-    return count;
+    return this.events.filter((event) => event.t <= t).length;
   }
 
   /**
@@ -123,15 +120,6 @@ export class Motion {
     for (let i = Math.floor(from * rate) + 1; i / rate < to; i += 1) times.push(i / rate);
     return times.sort((a, b) => a - b).map((t) => this.stateAt(t));
   }
-
-  /** @param {number} t */
-  #stretchAt(t) {
-    let i = this.#hint;
-    while (i > 0 && this.#stretches[i].from > t) i -= 1;
-    while (i < this.#stretches.length - 1 && this.#stretches[i + 1].from <= t) i += 1;
-    this.#hint = i;
-    return i;
-  }
 }
 
 /**
@@ -141,14 +129,7 @@ export class Motion {
  * @returns {State[]} the points up to now, then now itself
  */
 export function upTo(line, now) {
-  let count = 0;
-  let end = line.length;
-  while (count < end) {
-    const middle = (count + end) >> 1;
-    if (line[middle].t <= now.t) count = middle + 1;
-    else end = middle;
-  }
-  return [...line.slice(0, count), now];
+  return [...line.filter(({ t }) => t <= now.t), now];
 }
 
 /** @param {number} kind */
@@ -193,15 +174,8 @@ function stretches({ start, end, events }, samples, solver) {
  * @param {number} t
  */
 function between({ how, states }, t) {
-  let i = 0;
-  let last = states.length - 1;
-  while (last - i > 1) {
-    const middle = (i + last) >> 1;
-    if (states[middle].t <= t) i = middle;
-    else last = middle;
-  }
-  const a = states[i];
-  const b = states[last];
+  const later = states.findIndex((state, i) => i > 0 && state.t > t);
+  const [a, b] = later < 0 ? states.slice(-2) : [states[later - 1], states[later]];
   const span = b.t - a.t;
   const s = span > 0 ? (t - a.t) / span : 1;
   /** @param {number} from @param {number} to */

@@ -18,7 +18,6 @@ const BLANK = { t: 0, x: 0, y: 0, angle: 0, vx: 0, vy: 0, vIn: false, vOut: fals
 export class Path {
   /** @type {Keyframe[]} */
   keyframes = [];
-  #hint = 0;
 
   /**
    * @param {Law} law
@@ -55,12 +54,10 @@ export class Path {
   forget(before, visit) {
     const { keyframes } = this;
     let gone = 0;
-    while (gone < keyframes.length - 1 && keyframes[gone + 1].t <= before) {
+    for (; gone < keyframes.length - 1 && keyframes[gone + 1].t <= before; gone += 1) {
       visit?.(keyframes[gone], keyframes[gone + 1], this.law);
-      gone += 1;
     }
-    keyframes.splice(0, gone);
-    this.#hint = Math.max(0, this.#hint - gone);
+    if (gone > 0) keyframes.splice(0, gone);
   }
 
   /**
@@ -97,7 +94,8 @@ export class Path {
     const last = keyframes[keyframes.length - 1];
     if (t >= last.t) return this.#beyond(last, t);
     if (t <= keyframes[0].t) return keyframes[0];
-    const i = this.#indexBefore(t);
+    let i = keyframes.length - 2;
+    while (i > 0 && keyframes[i].t > t) i -= 1;
     return poseBetween(keyframes[i], keyframes[i + 1], t, this.law);
   }
 
@@ -106,18 +104,5 @@ export class Path {
     if (!last.vOut) return last;
     const { x, y } = flightPlace(last, Math.min(t, last.t + MAX_GUESS), this.law);
     return { x, y, angle: last.angle };
-  }
-
-  /**
-   * Time moves little between calls, so the search starts from the last result.
-   * @param {number} t
-   */
-  #indexBefore(t) {
-    const { keyframes } = this;
-    let i = Math.min(this.#hint, keyframes.length - 2);
-    while (i > 0 && keyframes[i].t > t) i -= 1;
-    while (i < keyframes.length - 2 && keyframes[i + 1].t <= t) i += 1;
-    this.#hint = i;
-    return i;
   }
 }
