@@ -19,7 +19,7 @@ from plinko.app.computing.inside import KEPT
 from plinko.app.computing.pool import Workers
 from plinko.app.computing.process import WorkerProcess
 from plinko.app.errors import CostError, DeadlineError, EndedError, InvalidValueError, response_for
-from plinko.engine import Board, drop, drop_many
+from plinko.engine import Board, drop_many
 from plinko.engine.drops.batch import LEAST_CHUNK
 from tests.kit.waiting import eventually, lives
 
@@ -101,11 +101,6 @@ async def test_a_worker_is_polite_but_not_the_fork_server(workers: Workers) -> N
     theirs = await workers.run(functools.partial(os.getpriority, os.PRIO_PROCESS, 0))
     assert theirs == min(own + 10, 19)
     assert os.getpriority(os.PRIO_PROCESS, maker) == own
-
-
-async def test_a_drop_has_the_same_bits_there(workers: Workers) -> None:
-    board = Board.preset("triangle-16")
-    assert (await workers.run(functools.partial(drop, board, 42))).digest == drop(board, 42).digest
 
 
 _boards: list[Board] = []
@@ -199,15 +194,6 @@ async def test_an_expensive_board_takes_no_more_than_any_other_work(
     assert await workers.run(os.getpid) != pid
 
 
-async def test_a_caller_that_leaves_ends_its_work(workers: Workers) -> None:
-    asking = asyncio.create_task(workers.run(FOR_EVER))
-    (pid,) = await running(workers, 1)
-    asking.cancel()
-    await asyncio.wait([asking])
-    assert workers.jobs == 0
-    await gone(pid)
-
-
 async def test_a_caller_that_leaves_before_the_start_leaves_no_process(
     workers: Workers, fork_server: int, made: list[WorkerProcess], tmp_path: Path
 ) -> None:
@@ -226,17 +212,22 @@ async def test_a_caller_that_leaves_before_the_start_leaves_no_process(
     assert await workers.run(os.getpid, quick=True) != await first
 
 
-async def test_a_process_that_cannot_be_watched_is_killed_by_number(
-    workers: Workers, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("watched", [True, False])
+async def test_a_caller_that_leaves_ends_its_work(
+    workers: Workers, monkeypatch: pytest.MonkeyPatch, watched: bool
 ) -> None:
+    """A process that the system cannot watch is killed by its number."""
+
     def unknown(pid: int) -> int:
         raise OSError(errno.ENOSYS, "no such system call")
 
-    monkeypatch.setattr(os, "pidfd_open", unknown, raising=False)
+    if not watched:
+        monkeypatch.setattr(os, "pidfd_open", unknown, raising=False)
     asking = asyncio.create_task(workers.run(FOR_EVER))
     (pid,) = await running(workers, 1)
     asking.cancel()
     await asyncio.wait([asking])
+    assert workers.jobs == 0
     await gone(pid)
 
 
@@ -277,13 +268,6 @@ async def test_a_worker_that_has_grown_ends_with_its_work(workers: Workers) -> N
     assert await workers.run(little) != pid
 
 
-async def test_a_worker_that_dies_is_replaced(workers: Workers) -> None:
-    with pytest.raises(EndedError) as caught:
-        await workers.run(functools.partial(os._exit, 1))
-    assert response_for(caught.value).status == 503
-    assert await workers.run(os.getpid) != os.getpid()
-
-
 async def test_killing_an_idle_worker_loses_no_answer(
     workers: Workers, fork_server: int, tmp_path: Path
 ) -> None:
@@ -309,9 +293,11 @@ def exit_after_writing(file: Path) -> None:
 
 async def test_work_that_has_begun_is_never_done_twice(workers: Workers, tmp_path: Path) -> None:
     await workers.run(os.getpid)
-    with pytest.raises(EndedError):
+    with pytest.raises(EndedError) as caught:
         await workers.run(functools.partial(exit_after_writing, tmp_path / "lines"))
+    assert response_for(caught.value).status == 503
     assert (tmp_path / "lines").read_text() == "begun\n"
+    assert await workers.run(os.getpid) != os.getpid(), "another worker took its place"
 
 
 async def test_closing_ends_what_runs_and_what_waits() -> None:

@@ -4,15 +4,12 @@ import os
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from plinko.app.render.parts.balls import paint_balls, paint_trail, style_of
 from plinko.app.render.raster import make, pixels
 from plinko.engine.jit import machine_code, source_hash
 from plinko.engine.jit.decorator import EntryKernel
-
-Pixels = npt.NDArray[np.uint8]
 
 
 def test_the_artifact_was_made_from_the_kernels_that_are_there() -> None:
@@ -72,15 +69,3 @@ def test_only_rows_near_a_shape_may_change() -> None:
     rows = np.flatnonzero(picture.max(axis=(1, 2)))
     assert 90 <= rows.min() <= 93
     assert 107 <= rows.max() <= 117
-
-
-def test_a_colours_index_is_that_of_the_nearest() -> None:
-    random = np.random.default_rng(3)
-    colours = random.integers(0, 256, (40, 3)).astype(np.uint8)
-    colours = colours[np.argsort(colours[:, 1], kind="stable")]
-    picture = random.integers(0, 256, (20, 30, 3)).astype(np.uint8)
-    indices, keys = np.zeros(picture.shape[:2], np.uint8), np.full(64, -1, np.int32)
-    pixels.index_pixels(picture, colours, keys, np.zeros(64, np.uint8), indices)
-    apart = (picture[:, :, None].astype(int) - colours) ** 2
-    found = np.take_along_axis(apart.sum(-1), indices[..., None].astype(int), -1)[..., 0]
-    assert (found == apart.sum(-1).min(-1)).all()
