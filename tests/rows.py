@@ -35,4 +35,7 @@ def in_rows(names: Sequence[str], tests: Sequence[T], workers: int) -> list[T]:
         rest = max(0, length - len(first))
         ordered += first + cheap[:rest]
         del cheap[:rest]
-    return ordered + cheap
+    ordered += cheap
+    assert {id(test) for test in ordered} == {id(test) for test in tests}, "no test is lost"
+    assert len(ordered) == len(tests), "and none runs twice"
+    return ordered
