@@ -254,60 +254,12 @@ def test_a_rooms_log_replays_to_the_last_bit(
     assert None not in [each["result"] for each in landed["drops"]]
     assert landed["drops"][0]["result"]["digest"] == drop(Board.from_json(TINY), 0).digest
     assert verify(tmp_path, landed) == 0
-
-
-def test_a_log_that_was_touched_is_found_out(
-    http: httpx.Client, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    from plinko.app.rooms.log import verify_log
-    from plinko.engine import RecordError
-
-    room, _ = opened(http)
-    land(http, room, 1, 2)
-    log = http.get(f"/rooms/{room}/log").json()
-    assert verify_log(log).ok
-
-    def touched(change: Any) -> dict[str, Any]:
-        copy: dict[str, Any] = json.loads(json.dumps(log))
-        change(copy)
-        return copy
-
-    def result(copy: dict[str, Any], **values: Any) -> None:
-        copy["drops"][1]["result"].update(values)
-
-    lies = {
-        "drops[1].result.digest": lambda c: result(c, digest="0" * 64),
-        "drops[1].result.bin": lambda c: result(c, bin=7),
-        "drops[1].result.tick": lambda c: result(c, tick=log["drops"][1]["result"]["tick"] + 1),
-        "drops[0].result": lambda c: c["drops"][0].update(result=None),
-        "world_digest": lambda c: c.update(world_digest="0" * 64),
-        "digest": lambda c: c.update(digest="0" * 64),
-        "physics_version": lambda c: c.update(physics_version=0),
-        "board_digest": lambda c: c.update(board="triangle-8"),
-    }
-    for field, change in lies.items():
-        verdict = verify_log(touched(change))
-        assert (verdict.ok, verdict.field) == (False, field)
-    assert verify(tmp_path, touched(lies["drops[1].result.bin"])) == 1
+    assert verify(tmp_path, landed | {"drops": 7}) == 2
+    capsys.readouterr()
+    landed["drops"][1]["result"]["bin"] = 7
+    assert verify(tmp_path, landed) == 1
     told = capsys.readouterr().out
     assert "drops[1].result.bin differs: the log says 7, the replay gives" in told
-
-    def other_seed(copy: dict[str, Any]) -> None:
-        copy["drops"][1]["seed"] = "3"
-
-    assert not verify_log(touched(other_seed)).ok
-    broken = {
-        "tick": lambda c: c.pop("tick"),
-        "drops[1].ball": lambda c: c["drops"][1].update(ball=5),
-        "drops[1].tick": lambda c: c["drops"][1].update(tick=-1),
-        "drops[1]": lambda c: c["drops"][1].update(seed="-3"),
-        "drops": lambda c: c.update(drops=7),
-    }
-    for field, change in broken.items():
-        with pytest.raises(RecordError) as raised:
-            verify_log(touched(change))
-        assert raised.value.field == field
-    assert verify(tmp_path, touched(broken["drops"])) == 2
 
 
 # Restarts.

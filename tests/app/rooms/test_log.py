@@ -108,6 +108,59 @@ def test_a_log_without_one_of_its_fields_but_a_tag_does_not_hold(kind: str) -> N
             assert holds(changed) is (name in TAG_FIELDS and path[:1] == ("drops",)), (*path, name)
 
 
+def touched(kind: str, path: Path, value: Any) -> Log:
+    """The log with another value at a place."""
+    log = LOGS[kind]()
+    at(log, path[:-1])[path[-1]] = value
+    return log
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "value", "field"),
+    [
+        ("drops", ("drops", 0, "result", "digest"), "0" * 64, "drops[0].result.digest"),
+        ("drops", ("drops", 0, "result", "bin"), 7, "drops[0].result.bin"),
+        ("drops", ("drops", 0, "result", "tick"), 10**6, "drops[0].result.tick"),
+        ("drops", ("drops", 0, "result"), None, "drops[0].result"),
+        ("drops", ("world_digest",), "0" * 64, "world_digest"),
+        ("drops", ("digest",), "0" * 64, "digest"),
+        ("drops", ("physics_version",), 0, "physics_version"),
+        ("drops", ("board",), "triangle-8", "board_digest"),
+        ("board", ("inputs", 2, "input", "vx"), 1.0000001, "world_digest"),
+        ("scene", ("physics_version",), 0, "physics_version"),
+    ],
+)
+def test_a_verdict_names_what_was_changed(kind: str, path: Path, value: Any, field: str) -> None:
+    verdict = verify_log(touched(kind, path, value))
+    assert (verdict.ok, verdict.field) == (False, field)
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "value", "field", "says"),
+    [
+        ("drops", ("tick",), None, "tick", "tick"),
+        ("drops", ("drops", 1, "ball"), 5, "drops[1].ball", "ball"),
+        ("drops", ("drops", 1, "tick"), -1, "drops[1].tick", "-1"),
+        ("drops", ("drops", 1, "seed"), "-3", "drops[1]", "-3"),
+        ("drops", ("drops",), 7, "drops", "drops"),
+        ("scene", ("inputs", 0, "input"), {"type": "fly"}, "inputs[0].input", "fly"),
+        ("scene", ("inputs", 0, "tick"), 999_999, "tick", "inputs[0].tick 999999 is after"),
+    ],
+)
+def test_a_log_that_cannot_be_replayed_is_refused_by_what_is_wrong(
+    kind: str, path: Path, value: Any, field: str, says: str
+) -> None:
+    with pytest.raises(RecordError) as refused:
+        verify_log(touched(kind, path, value))
+    assert refused.value.field == field
+    assert says in str(refused.value)
+
+
+@pytest.mark.parametrize(("kind", "name"), [("drops", "drops"), ("scene", "inputs")])
+def test_a_log_that_ends_too_early_does_not_hold(kind: str, name: str) -> None:
+    assert not holds(touched(kind, (name,), LOGS[kind]()[name][:-1]))
+
+
 def test_a_log_with_a_board_and_a_scene_is_refused() -> None:
     with pytest.raises(RecordError, match="either a board or a scene"):
         verify_log(of_scene() | {"board": "triangle-8"})

@@ -252,25 +252,6 @@ def whole_log(room: TouchingRoom, rows: list[InputRow]) -> dict[str, Any]:
     return {**log, "digest": digest.hex()}
 
 
-def test_a_log_that_was_changed_is_found_out() -> None:
-    room = box(balls=2)
-    rows = play(room, seed=1, ticks=60)
-    log = whole_log(room, rows)
-    kick = next(i for i, row in enumerate(rows) if '"kick"' in row.data)
-    other = {**log, "inputs": [*log["inputs"]]}
-    bent = {**log["inputs"][kick]["input"], "vx": 1.0000001}
-    other["inputs"][kick] = {**log["inputs"][kick], "input": bent}
-    assert roomlog.verify_log(other).field == "world_digest"
-    fewer = {**log, "inputs": log["inputs"][:-1]}
-    assert not roomlog.verify_log(fewer).ok
-    assert roomlog.verify_log({**log, "physics_version": 0}).field == "physics_version"
-    with pytest.raises(RecordError, match=r"inputs\[0\]"):
-        roomlog.verify_log({**log, "inputs": [{"tick": 0, "input": {"type": "fly"}}]})
-    late = {"tick": 999_999, "input": {"type": "clear"}}
-    with pytest.raises(RecordError, match="tick 999999 is after"):
-        roomlog.verify_log({**log, "inputs": [late]})
-
-
 @pytest.mark.parametrize("kind", ["box", "table"])
 def test_a_room_restored_from_a_checkpoint_goes_on_bit_for_bit(kind: str) -> None:
     # A dt that does not divide the tick leaves a remainder, which the checkpoint must have.

@@ -67,21 +67,6 @@ def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(opened: Open, s
     screen.shot("landed")
 
 
-def test_statistics_count_each_stake_and_what_came_back(opened: Open, quick: Quick) -> None:
-    screen = opened(quick.page).ready()
-    paid = 0.0
-    for count in (1, 2, 3):
-        screen.drop.click()
-        expect(screen.rows).to_have_count(count)
-        paid += screen.last_dropped()["score"]
-    expect(screen.page.locator("#staked")).to_have_text("3.00")
-    expect(screen.page.locator("#returned")).to_have_text(f"{paid:.2f}")
-    net = paid - 3
-    sign = "+" if net > 0 else "−" if net < 0 else ""
-    expect(screen.page.locator("#net")).to_have_text(f"{sign}{abs(net):.2f}")
-    expect(screen.rows).to_have_count(3)
-
-
 # Run before the page: records the text of each ticket that rises from a bin.
 TICKETS = """
 window.tickets = [];
@@ -104,16 +89,6 @@ def test_amounts_rise_from_bins_and_results_stay_as_chips(opened: Open, quick: Q
     expect(screen.page.locator("#last .paid")).to_have_text(newest)
     told = screen.page.evaluate("tickets")
     assert told == [f"{score:.2f}" for score in scores if score > 0.0], "payouts have no sign"
-
-
-def test_without_a_seed_the_table_draws_one_that_replays(opened: Open, quick: Quick) -> None:
-    screen = opened(quick.page).ready()
-    screen.drop.click()
-    expect(screen.rows).to_have_count(1)
-    link = screen.rows.first.locator("a").get_attribute("href") or ""
-    found = re.search(r"seed=(\d+)", link)
-    assert found
-    screen.landed(screen.api(f"drops/{quick.board}/{found[1]}")["bin"])
 
 
 def test_a_click_above_the_pegs_aims_where_an_aim_matters(

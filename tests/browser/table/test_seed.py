@@ -27,22 +27,6 @@ def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, quick: Quick) -> 
     assert [message["seed"] for message in screen.drops_sent] == ["42"]
 
 
-def test_a_seed_keeps_every_digit(opened: Open, quick: Quick) -> None:
-    screen = opened(quick.page).ready()
-    wanted = {
-        "18446744073709551615": "18446744073709551615",
-        " 9007199254740993 ": "9007199254740993",
-        "0": "0",
-        "007": "7",
-    }
-    for count, (typed, sent) in enumerate(wanted.items(), start=1):
-        screen.seed.fill(typed)
-        screen.drop.click()
-        expect(screen.rows).to_have_count(count)
-        screen.landed(screen.api(f"drops/{quick.board}/{sent}")["bin"])
-    assert [message["seed"] for message in screen.drops_sent] == list(wanted.values())
-
-
 def test_a_ball_of_the_list_falls_once_more_as_practice(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.drop.click()
