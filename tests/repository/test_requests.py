@@ -75,10 +75,8 @@ def test_every_request_of_the_page_is_answered_as_it_says(monkeypatch: pytest.Mo
 
 def test_the_page_has_every_post() -> None:
     page = PAGE.read_text("utf-8")
-    shown = {
-        re.sub(r"\{\w+\}", "{}", path).partition("?")[0]
-        for path in re.findall(r"^POST (\S+)", page, re.MULTILINE)
-    }
+    paths = re.findall(r"\bPOST (?:/api/v1/)?([\w{}/]+)", page)
+    shown = {"/api/v1/" + re.sub(r"\{\w+\}", "{}", path) for path in paths}
     with serving() as running:
         document = httpx.get(f"{running.url}/openapi.json").json()
     posts = {
