@@ -15,6 +15,7 @@ from benchmarks.harness import machine, pages, recorded
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.report import Section
 from benchmarks.load.command import load
+from benchmarks.scale import estimates
 
 
 class _Grouped(click.Group):
@@ -35,18 +36,16 @@ def main() -> None:
     """Measure the engine and the server, in turns with other engines where they exist.
 
     Each command prints tables and says how it measured them; times are medians with their spread.
-    --record writes the tables to docs/measured and updates the pages that show them. The other
-    engines, the oracle and the plots need the `bench` group: `make bench` installs it and records
-    every benchmark.
+    --record writes the tables to docs/measured, which the site shows, and updates the README. The
+    other engines, the oracle and the plots need the `bench` group: `make bench` installs it and
+    records every benchmark.
     """
 
 
 def _measuring(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that every benchmark has."""
     for option in (
-        click.option(
-            "--record", is_flag=True, help="Write docs/measured and update the pages that show it."
-        ),
+        click.option("--record", is_flag=True, help="Write docs/measured and update the README."),
         click.option(
             "--rounds", type=click.IntRange(min=1), help="Runs of each timed job. [3; quick: 1]"
         ),
@@ -65,7 +64,7 @@ def _add(name: str, question: str) -> None:
             section, seconds = _measured(name, _effort(quick, rounds, record, **more))
             if record:
                 recorded.write(section, about, seconds, recorded.FOLDER)
-                pages.fill_all()
+                _fill()
         except MissingError as error:
             raise click.ClickException(f"{name}: {error}") from error
         if as_json:
@@ -139,17 +138,17 @@ def every(quick: bool, rounds: int | None, record: bool) -> None:
 
 @main.command("pages")
 def fill() -> None:
-    """Copy the tables of docs/measured into the README and the pages in docs."""
-    _fill()
+    """Renew the estimates in docs/measured and the table in the README."""
+    try:
+        _fill()
+    except MissingError as error:
+        raise click.ClickException(str(error)) from error
 
 
 def _fill() -> None:
-    try:
-        changed = pages.fill_all()
-    except MissingError as error:
-        raise click.ClickException(str(error)) from error
-    for page in changed:
-        click.echo(f"written: {page}")
+    estimates.FILE.write_text(estimates.record(), encoding="utf-8")
+    text = pages.README.read_text(encoding="utf-8")
+    pages.README.write_text(pages.filled(text, pages.README.parent), encoding="utf-8")
 
 
 @contextmanager

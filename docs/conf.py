@@ -19,7 +19,7 @@ from plinko.app import settings
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks.harness import recorded  # noqa: E402
+from benchmarks.harness import pages, recorded  # noqa: E402
 from tools import reference  # noqa: E402
 
 DRAWN = {
@@ -70,6 +70,7 @@ def _formula(writer: HTML5Translator, node: nodes.math_block) -> None:
 def _draw(_app: Sphinx, page: str, source: list[str]) -> None:
     if page in DRAWN:
         source[0] = source[0].replace("<!-- drawn on the site -->", DRAWN[page]())
+    source[0] = pages.drawn(source[0], recorded.DOCS)
     source[0] = re.sub(r"\]\(measured/([\w-]+)\.json\)", r"](measured.md#\1)", source[0])
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from benchmarks.harness.effort import MissingError
-from benchmarks.harness.recorded import Recorded
-from benchmarks.harness.report import Table
+from benchmarks.harness.recorded import FOLDER, Recorded, read, text_of
+from benchmarks.harness.report import Section, Table
 from benchmarks.scale import units
 from benchmarks.serving import relays
 from benchmarks.serving.streams import CLIENTS, FALL, IN_FLIGHT
@@ -14,6 +14,8 @@ from plinko.app.listening import MAX_CONNECTIONS
 from plinko.app.settings import Settings
 from plinko.engine.batches.hashes import KEPT
 from plinko.engine.drops.digest import BLOCK
+
+FILE: Final = FOLDER / "estimates.json"
 
 SPECTATORS: Final = 1_000_000
 ROOMS: Final = 100_000
@@ -113,6 +115,11 @@ def _relayed(page: Recorded) -> tuple[float, float, float]:
         page.number(relays.SHARES, crowd, "bytes/s a spectator"),
         page.number(relays.SHARES, crowd, "messages/s a spectator"),
     )
+
+
+def record() -> str:
+    """The text of the file of estimates."""
+    return text_of({"plots": []} | Section("estimates", tables(units_of(read()))).to_dict())
 
 
 def tables(cost: Units) -> list[Table]:

@@ -5,12 +5,14 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from benchmarks import __main__ as main_module
 from benchmarks import suite
 from benchmarks.__main__ import main
 from benchmarks.harness import pages, recorded
 from benchmarks.harness.effort import Effort, MissingError
 from benchmarks.harness.recorded import DOCS, IMAGES
 from benchmarks.harness.report import Section, Table
+from benchmarks.scale import estimates
 
 TABLE = Table("Speed on 2 cores", ["who", "s", "m"], [["a", "1", "2"], ["b", "3", "4"]], ["Why."])
 MACHINE = {
@@ -44,6 +46,12 @@ def test_a_page_keeps_its_words_and_shows_the_table(measured: Path) -> None:
     assert pages.filled(text, measured.parent, measured) == text
 
 
+def test_the_site_draws_the_table_in_place_of_its_comment(measured: Path) -> None:
+    text = pages.drawn("Words.\n<!-- table drop: Speed | rows: b -->\nMore.\n", DOCS, measured)
+    assert text.startswith("Words.\n[Speed on 2 cores](")
+    assert text.endswith("| b   | 3 | 4 |\nMore.\n")
+
+
 def test_a_page_may_show_some_rows_and_columns_in_its_own_order(measured: Path) -> None:
     text = shown("drop: Speed | rows: b; a | columns: m", measured)
     lines = [line.replace(" ", "") for line in text.splitlines() if line.startswith("|")]
@@ -73,11 +81,18 @@ def test_a_file_has_a_line_for_each_row(measured: Path) -> None:
     assert '    ["a", "1", "2"],\n    ["b", "3", "4"]\n' in text
 
 
-def test_pages_are_as_recorded() -> None:
-    assert pages.ESTIMATES.read_text(encoding="utf-8") == pages.estimates()
-    for page in (pages.README, *DOCS.glob("*.md")):
-        text = page.read_text(encoding="utf-8")
-        assert pages.filled(text, page.parent) == text, "python -m benchmarks pages writes it"
+def test_the_readme_and_the_estimates_are_as_recorded() -> None:
+    told = "python -m benchmarks pages writes it"
+    assert estimates.FILE.read_text(encoding="utf-8") == estimates.record(), told
+    text = pages.README.read_text(encoding="utf-8")
+    assert pages.filled(text, pages.README.parent) == text, told
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+def test_the_site_draws_every_table_that_a_page_names(page: Path) -> None:
+    text = pages.drawn(page.read_text(encoding="utf-8"), DOCS)
+    assert "<!-- table" not in text
+    assert "*Not measured yet" not in text
 
 
 def test_every_plot_that_is_kept_is_recorded() -> None:
@@ -96,7 +111,7 @@ def test_a_benchmark_prints_and_records(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(suite, "run", measure)
     monkeypatch.setattr(recorded, "FOLDER", tmp_path / "measured")
     monkeypatch.setattr(recorded, "IMAGES", tmp_path / "images")
-    monkeypatch.setattr(pages, "fill_all", lambda: [])
+    monkeypatch.setattr(main_module, "_fill", lambda: None)
     options = ["--rounds", "2", "--record"]
     done = CliRunner().invoke(main, ["drop", *options])
     assert "## Speed on 2 cores" in done.stdout
