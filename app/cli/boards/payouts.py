@@ -149,7 +149,7 @@ def _show(found: "Payouts") -> None:
     common.print_fields(
         {
             "multipliers": ", ".join(f"{pays:g}" for pays in found.multipliers),
-            "drops": f"{found.chosen_by:,} chose the table, {found.drops:,} others test it",
+            "drops": f"fitted on {found.chosen_by:,}, tested on {found.drops:,} others",
             "return": _returned(own),
             "hit rate": f"{own.hit_rate:.2%}",
             "volatility": f"{own.volatility:.4g}",

@@ -64,7 +64,7 @@ def command(
 ) -> None:
     """Print the next seeds whose balls land in a bin of BOARD, in rising order.
 
-    The command drops one seed after the other and skips none. Nothing steers a ball: `plinko drop`
+    The command drops one seed after the other and skips none. The flight is physics: `plinko drop`
     with such a seed lands in the same bin.
 
     With --draw it writes the body of a `POST rooms` request, for a room in which each bin has

@@ -136,12 +136,19 @@ class Recovery:
         self.set_aside[room_id] = str(error)
         # A DamagedRoomError says what is wrong; any other error needs its traceback to be found.
         trace = None if isinstance(error, DamagedRoomError) else error
-        _log.error("room is set aside: %s", error, extra={"room": room_id}, exc_info=trace)
+        _log.error(
+            "room is unavailable, its record is damaged: %s",
+            error,
+            extra={"room": room_id},
+            exc_info=trace,
+        )
         return self._refusal(room_id, str(error))
 
     def _refusal(self, room_id: str, why: str) -> DamagedRoomError:
         return DamagedRoomError(
-            f"room {room_id!r} is set aside: {why}", field="room", retry_after=60.0
+            f"room {room_id!r} is unavailable, because its record is damaged: {why}",
+            field="room",
+            retry_after=60.0,
         )
 
     async def _read(self, read: Callable[..., T], **values: object) -> T:

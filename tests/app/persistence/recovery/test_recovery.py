@@ -275,7 +275,7 @@ async def test_one_damaged_room_is_set_aside_and_the_rest_play(
         async with living(url) as life:
             await life.back()
             for _ in range(2):
-                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is set aside"):
+                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is unavailable"):
                     await life.rooms.seek(played.own)
             assert list(life.rooms.persistence.recovery.set_aside) == [played.own]
             main = await life.rooms.seek("main")
@@ -297,7 +297,7 @@ async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> 
     change(url, "UPDATE rooms SET checkpoint_drops = 7")
     async with living(url) as life:
         for room_id in (own.id, *names, *names):
-            with pytest.raises(DamagedRoomError, match="is set aside"):
+            with pytest.raises(DamagedRoomError, match="is unavailable"):
                 await life.rooms.seek(room_id)
         assert set(life.rooms.persistence.recovery.set_aside) == {own.id, *names}
         await life.drop(await life.rooms.seek("triangle-9"), 1)
