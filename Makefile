@@ -47,7 +47,7 @@ help:
 	@echo 'make docs         build the documentation in build/site; fails at any warning'
 	@echo 'make links        check the links of the documentation to other sites (needs the network)'
 	@echo 'make format       format the code'
-	@echo 'make bench        measure speed and error; updates docs/measured, the pages and the README'
+	@echo 'make bench        measure speed and error; updates docs/measured and the README'
 	@echo 'make readme       run the examples in the pages and update their output'
 	@echo 'make architecture draw the packages and their permitted imports'
 	@echo 'make size         print lines, files, classes and functions of product and tests'
@@ -145,7 +145,7 @@ docs: $(VENV)/.stamp-docs
 links: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links
 
-# Makes every table and plot in docs/measured, and updates the pages that show them. BENCH_ARGS=--quick
+# Makes every table and plot in docs/measured, and updates the README. BENCH_ARGS=--quick
 # only tries it.
 bench: $(VENV)/.stamp-bench
 	tools/postgresql
