@@ -5,10 +5,9 @@ import { t } from "../texts/text.js";
 import { byId, isWithin, radioValue } from "../util/dom.js";
 import { withFullStop } from "../util/format.js";
 import { BoardCheck } from "./check.js";
-import {
-  describeRef, duplicated, EMPTY, holds, placeOf, refsInProblem, refsOf, sameRef, without, written,
-} from "./draft/draft.js";
-import { groupOf, membersOf } from "./draft/group.js";
+import { describeRef, EMPTY, holds, refsInProblem, refsOf, written } from "./draft/draft.js";
+import { duplicated, placeOf, without } from "./draft/element.js";
+import { groupOf, membersOf, sameElement } from "./draft/group.js";
 import { EditHistory } from "./draft/history.js";
 import { Keeping } from "./keeping.js";
 import { NumberFields } from "./number-fields.js";
@@ -237,7 +236,7 @@ export class Editor {
     const last = members.at(-1);
     /** @type {ElementRef | null} */
     const whole = last ? { kind: last.kind, index: last.index } : null;
-    const at = refs.findIndex((ref) => sameRef(ref, whole));
+    const at = refs.findIndex((ref) => sameElement(ref, whole));
     const next = refs[(Math.max(at, by < 0 ? 0 : -1) + by + refs.length) % refs.length];
     this.#select(also ? groupOf([...members, next]) : next);
   }

@@ -5,6 +5,7 @@ import { ApiError, getJson, postJson } from "../net/api.js";
 import { packBoard } from "../net/board-link.js";
 import { JsonError, readJson, textOfFile } from "../solver/input/json-text.js";
 import { t } from "../texts/text.js";
+import { copyFrom } from "../util/copy.js";
 import { byId, make } from "../util/dom.js";
 import { saveFile } from "../util/file.js";
 import { withFullStop } from "../util/format.js";
@@ -95,15 +96,8 @@ export class Keeping {
   async #share() {
     const address = window.location.href;
     this.linkField.hidden = false;
-    this.link.value = address;
-    this.link.select();
-    try {
-      await navigator.clipboard.writeText(address);
-      this.#note([t("editor.link-copied", { n: address.length })]);
-    } catch {
-      // The browser refuses without permission or HTTPS. The link is selected in its field instead.
-      this.#note([t("editor.link-marked")]);
-    }
+    const copied = await copyFrom(this.link, address);
+    this.#note([copied ? t("editor.link-copied", { n: address.length }) : t("editor.link-marked")]);
   }
 
   async #register() {

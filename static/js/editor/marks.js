@@ -3,7 +3,7 @@
 import { binBox } from "../paint/board.js";
 import { paintRing } from "../paint/marks.js";
 import { zoom } from "../util/canvas.js";
-import { placeOf } from "./draft/draft.js";
+import { placeOf } from "./draft/element.js";
 import { membersOf } from "./draft/group.js";
 
 /** @import { Board, Point } from "../model/board.js" */

@@ -2,7 +2,8 @@
 
 import { t } from "../texts/text.js";
 import { zoom } from "../util/canvas.js";
-import { hit, moved, placeOf, snap, withPeg, withSplit, withWall } from "./draft/draft.js";
+import { hit, snap } from "./draft/draft.js";
+import { moved, placeOf, tidy, withPeg, withSplit, withWall } from "./draft/element.js";
 import { contains, groupOf, inside, membersOf, toggled } from "./draft/group.js";
 
 /** @import { Board, Point, Wall } from "../model/board.js" */
@@ -332,9 +333,4 @@ function commandOf(key, shift) {
 /** @param {Wall} wall */
 function lengthOf({ x1, y1, x2, y2 }) {
   return Math.hypot(x2 - x1, y2 - y1);
-}
-
-/** Rounds to 12 digits, so that sums of decimal steps stay short. @param {number} value */
-function tidy(value) {
-  return Number(value.toPrecision(12));
 }

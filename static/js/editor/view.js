@@ -5,7 +5,7 @@ import { paintBoard } from "../paint/board.js";
 import { layOut, ratioOf } from "../paint/geometry.js";
 import { fitted } from "../util/canvas.js";
 import { byId, parentOf } from "../util/dom.js";
-import { placeOf } from "./draft/draft.js";
+import { placeOf } from "./draft/element.js";
 import { BELOW, paintAround, paintBand, paintCursor, paintGrid, paintHandles } from "./marks.js";
 
 /** @import { Board, Point } from "../model/board.js" */

@@ -2,13 +2,11 @@
 
 import { defaultsOf, evenEdges, sideWalls } from "../../solver/input/values.js";
 import { number, t } from "../../texts/text.js";
-import * as element from "./element.js";
-import * as group from "./group.js";
+import { placeOf, withLabels } from "./element.js";
+import { named, sameElement } from "./group.js";
 
 /** @import { BallKind, Bins, Board, DropZone, Label, Material, Point } from "../../model/board.js" */
-/** @import { ElementRef, Made, Ref } from "./element.js" */
-
-export { withPeg, withSplit, withWall } from "./element.js";
+/** @import { ElementRef, Ref } from "./element.js" */
 
 /**
  * @typedef {Partial<Omit<Board, "ball" | "peg_material" | "wall_material" | "bins" | "drop">> & {
@@ -79,7 +77,7 @@ function completeBins(bins, { width, height }) {
     || (bins.labels?.length || count) !== count) {
     throw new RangeError(t("editor.bad-bins"));
   }
-  return element.withLabels(made, bins.labels);
+  return withLabels(made, bins.labels);
 }
 
 /**
@@ -107,12 +105,6 @@ export function refsOf(board) {
   ];
 }
 
-/** @param {Ref | null} one @param {Ref | null} two @returns {boolean} */
-export function sameRef(one, two) {
-  if (one?.refs || two?.refs) return group.same(one, two);
-  return element.sameElement(one, two);
-}
-
 /** @param {Board} board @param {Ref} ref @returns {boolean} whether the board has this element */
 export function holds(board, ref) {
   if (ref.refs) return ref.refs.every((one) => holds(board, one));
@@ -121,41 +113,6 @@ export function holds(board, ref) {
     drop: 1, peg: pegs.length, wall: walls.length, edge: bins.edges.length, bin: bins.multipliers.length,
   }[ref.kind];
   return ref.index < count;
-}
-
-/** @param {Board} board @param {Ref} ref @returns {Point} metres */
-export function placeOf(board, ref) {
-  return element.placeOf(board, ref.refs ? ref.refs[0] : ref);
-}
-
-/**
- * @param {Board} board
- * @param {Ref} ref
- * @param {number} x
- * @param {number} y
- * @returns {Board} with the element at (x, y), or as near as its neighbours allow
- */
-export function moved(board, ref, x, y) {
-  return ref.refs ? group.moved(board, ref.refs, x, y) : element.moved(board, ref, x, y);
-}
-
-/**
- * @param {Board} board
- * @param {Ref} ref
- * @returns {Board | null} without the element; null if the board needs it
- */
-export function without(board, ref) {
-  return ref.refs ? group.without(board, ref.refs) : element.without(board, ref);
-}
-
-/**
- * @param {Board} board
- * @param {Ref} ref
- * @param {number} by
- * @returns {Made | null} with copies of the pegs and walls, shifted by `by` metres in x
- */
-export function duplicated(board, ref, by) {
-  return ref.refs ? group.duplicated(board, ref.refs, by) : element.duplicated(board, ref, by);
 }
 
 /**
@@ -194,7 +151,7 @@ function withLabel(board, index, change) {
   const { text = "", colour } = { ...old?.[index], ...change };
   const label = text ? { text, ...(colour ? { colour } : {}) } : null;
   const labels = (old ?? bins.multipliers.map(() => null)).with(index, label);
-  return { ...board, bins: element.withLabels(bins, labels) };
+  return { ...board, bins: withLabels(bins, labels) };
 }
 
 /** @param {unknown} part @returns {part is Record<string, unknown>} whether it has parts */
@@ -275,7 +232,7 @@ function binAt({ bins }, x, y) {
 
 /** @param {Board} board @param {Ref} ref @returns {string} a description of the element */
 export function describeRef(board, ref) {
-  if (ref.refs) return t("editor.selected", { what: group.named(ref) });
+  if (ref.refs) return t("editor.selected", { what: named(ref) });
   const place = placeOf(board, ref);
   const at = { x: short(place.x), y: short(place.y) };
   const { kind, index, end } = ref;
@@ -305,7 +262,7 @@ export function refsInProblem(board, field, detail) {
   const found = [];
   /** @param {ElementRef} ref */
   const add = (ref) => {
-    if (holds(board, ref) && !found.some((one) => sameRef(one, ref))) found.push(ref);
+    if (holds(board, ref) && !found.some((one) => sameElement(one, ref))) found.push(ref);
   };
   /** @type {Record<string, ElementRef["kind"]>} */
   const kinds = { pegs: "peg", walls: "wall", "bins.edges": "edge", "bins.multipliers": "bin", "bins.labels": "bin" };

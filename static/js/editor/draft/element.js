@@ -1,4 +1,6 @@
-// One element of a board: its place, and functions that return a new board with it moved, copied or removed. Pure.
+// Elements of a board: their places, and functions that return a new board with them moved, copied or removed. Pure.
+
+import { groupOf, membersOf } from "./group.js";
 
 /** @import { Bins, Board, Point } from "../../model/board.js" */
 
@@ -19,14 +21,10 @@ const LEAST_BIN = 1e-3; // smallest distance between two edges, m
  * @typedef {{board: Board, ref: R}} Made
  */
 
-/** @param {Ref | null} one @param {Ref | null} two @returns {boolean} */
-export function sameElement(one, two) {
-  if (!one || !two) return one === two;
-  return one.kind === two.kind && one.index === two.index && one.end === two.end;
-}
-
-/** @param {Board} board @param {ElementRef} ref @returns {Point} metres */
-export function placeOf(board, { kind, index, end }) {
+/** @param {Board} board @param {Ref} ref @returns {Point} metres; for a group, of its first element */
+export function placeOf(board, ref) {
+  if (ref.refs) return placeOf(board, ref.refs[0]);
+  const { kind, index, end } = ref;
   const { pegs, walls, bins, drop } = board;
   if (kind === "drop") return { x: drop.x, y: drop.y };
   if (kind === "peg") return { x: pegs[index].x, y: pegs[index].y };
@@ -40,12 +38,13 @@ export function placeOf(board, { kind, index, end }) {
 
 /**
  * @param {Board} board
- * @param {ElementRef} ref
+ * @param {Ref} ref
  * @param {number} x
  * @param {number} y
  * @returns {Board} with the element at (x, y), or as near as its neighbours allow
  */
 export function moved(board, ref, x, y) {
+  if (ref.refs) return movedGroup(board, ref.refs, x, y);
   const { kind, index, end } = ref;
   if (kind === "drop") return { ...board, drop: { ...board.drop, x, y } };
   if (kind === "peg") return { ...board, pegs: replaced(board.pegs, index, { x, y }) };
@@ -132,10 +131,12 @@ export function withSplit(board, x) {
 
 /**
  * @param {Board} board
- * @param {ElementRef} elementRef
+ * @param {Ref} ref
  * @returns {Board | null} without the element; null if the board needs it
  */
-export function without(board, { kind, index }) {
+export function without(board, ref) {
+  if (ref.refs) return withoutGroup(board, ref.refs);
+  const { kind, index } = ref;
   if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
   if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
   const { edges, multipliers, labels, y } = board.bins;
@@ -154,11 +155,13 @@ export function without(board, { kind, index }) {
 
 /**
  * @param {Board} board
- * @param {ElementRef} elementRef
+ * @param {Ref} ref
  * @param {number} by
- * @returns {Made<ElementRef> | null} with a copy of the peg or wall, shifted by `by` metres in x
+ * @returns {Made | null} with copies of the pegs and walls, shifted by `by` metres in x
  */
-export function duplicated(board, { kind, index }, by) {
+export function duplicated(board, ref, by) {
+  if (ref.refs) return duplicatedGroup(board, ref.refs, by);
+  const { kind, index } = ref;
   if (kind === "peg") {
     const { x, y, radius } = board.pegs[index];
     return withPeg(board, x + by, y, radius);
@@ -166,4 +169,70 @@ export function duplicated(board, { kind, index }, by) {
   if (kind !== "wall") return null;
   const { x1, y1, x2, y2 } = board.walls[index];
   return withWall(board, x1 + by, y1, x2 + by, y2);
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @param {number} x
+ * @param {number} y
+ * @returns {Board} with the group moved so that its first element is at (x, y)
+ */
+function movedGroup(board, refs, x, y) {
+  const from = placeOf(board, refs[0]);
+  const [dx, dy] = [x - from.x, y - from.y];
+  const [pegs, walls] = [[...board.pegs], [...board.walls]];
+  let { drop } = board;
+  for (const { kind, index } of refs) {
+    if (kind === "drop") drop = { ...drop, x: tidy(drop.x + dx), y: tidy(drop.y + dy) };
+    if (kind === "peg") {
+      const peg = pegs[index];
+      pegs[index] = { ...peg, x: tidy(peg.x + dx), y: tidy(peg.y + dy) };
+    }
+    if (kind === "wall") {
+      const { x1, y1, x2, y2 } = walls[index];
+      walls[index] = { x1: tidy(x1 + dx), y1: tidy(y1 + dy), x2: tidy(x2 + dx), y2: tidy(y2 + dy) };
+    }
+  }
+  return { ...board, pegs, walls, drop };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @returns {Board} without the group's pegs and walls; the start remains
+ */
+function withoutGroup(board, refs) {
+  /** @param {ElementRef["kind"]} kind */
+  const gone = (kind) => new Set(refs.filter((ref) => ref.kind === kind).map((ref) => ref.index));
+  const [pegs, walls] = [gone("peg"), gone("wall")];
+  return {
+    ...board,
+    pegs: board.pegs.filter((_, index) => !pegs.has(index)),
+    walls: board.walls.filter((_, index) => !walls.has(index)),
+  };
+}
+
+/**
+ * @param {Board} board
+ * @param {ElementRef[]} refs
+ * @param {number} by
+ * @returns {Made | null} with copies of its pegs and walls, which are the new group
+ */
+function duplicatedGroup(board, refs, by) {
+  let made = board;
+  const copies = [];
+  for (const ref of refs) {
+    const one = duplicated(made, ref, by);
+    if (!one) continue;
+    made = one.board;
+    copies.push(...membersOf(one.ref));
+  }
+  const ref = groupOf(copies);
+  return ref && { board: made, ref };
+}
+
+/** Rounds to 12 digits, so that sums of decimal steps stay short. @param {number} value */
+export function tidy(value) {
+  return Number(value.toPrecision(12));
 }

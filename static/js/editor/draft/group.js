@@ -1,10 +1,9 @@
-// Groups of elements (the start, pegs, whole walls), which are moved and copied together. Pure.
+// Which elements make a selection: one, or a group of the start, pegs and whole walls. Pure.
 
 import { t } from "../../texts/text.js";
-import { duplicated as copied, placeOf, sameElement } from "./element.js";
 
 /** @import { Board } from "../../model/board.js" */
-/** @import { ElementRef, Made, Ref } from "./element.js" */
+/** @import { ElementRef, Ref } from "./element.js" */
 /** @import { Band } from "../pointer.js" */
 
 const KINDS = ["drop", "peg", "wall"];
@@ -13,6 +12,12 @@ const KINDS = ["drop", "peg", "wall"];
 export function membersOf(ref) {
   if (!ref) return [];
   return ref.refs ?? [ref];
+}
+
+/** @param {Ref | null} one @param {Ref | null} two @returns {boolean} */
+export function sameElement(one, two) {
+  if (!one || !two) return one === two;
+  return one.kind === two.kind && one.index === two.index && one.end === two.end;
 }
 
 /**
@@ -76,77 +81,6 @@ export function inside({ pegs, walls, drop }, { x0, y0, x1, y1 }) {
   return found;
 }
 
-/**
- * @param {Ref | null} one
- * @param {Ref | null} two
- * @returns {boolean} whether two selections have the same elements in the same order
- */
-export function same(one, two) {
-  const [these, those] = [membersOf(one), membersOf(two)];
-  return these.length === those.length && these.every((ref, i) => sameElement(ref, those[i]));
-}
-
-/**
- * @param {Board} board
- * @param {ElementRef[]} refs
- * @param {number} x
- * @param {number} y
- * @returns {Board} with the group moved so that its first element is at (x, y)
- */
-export function moved(board, refs, x, y) {
-  const from = placeOf(board, refs[0]);
-  const [dx, dy] = [x - from.x, y - from.y];
-  const [pegs, walls] = [[...board.pegs], [...board.walls]];
-  let { drop } = board;
-  for (const { kind, index } of refs) {
-    if (kind === "drop") drop = { ...drop, x: tidy(drop.x + dx), y: tidy(drop.y + dy) };
-    if (kind === "peg") {
-      const peg = pegs[index];
-      pegs[index] = { ...peg, x: tidy(peg.x + dx), y: tidy(peg.y + dy) };
-    }
-    if (kind === "wall") {
-      const { x1, y1, x2, y2 } = walls[index];
-      walls[index] = { x1: tidy(x1 + dx), y1: tidy(y1 + dy), x2: tidy(x2 + dx), y2: tidy(y2 + dy) };
-    }
-  }
-  return { ...board, pegs, walls, drop };
-}
-
-/**
- * @param {Board} board
- * @param {ElementRef[]} refs
- * @returns {Board} without the group's pegs and walls; the start remains
- */
-export function without(board, refs) {
-  /** @param {ElementRef["kind"]} kind */
-  const gone = (kind) => new Set(refs.filter((ref) => ref.kind === kind).map((ref) => ref.index));
-  const [pegs, walls] = [gone("peg"), gone("wall")];
-  return {
-    ...board,
-    pegs: board.pegs.filter((_, index) => !pegs.has(index)),
-    walls: board.walls.filter((_, index) => !walls.has(index)),
-  };
-}
-
-/**
- * @param {Board} board
- * @param {ElementRef[]} refs
- * @param {number} by
- * @returns {Made | null} with copies of its pegs and walls, which are the new group
- */
-export function duplicated(board, refs, by) {
-  let made = board;
-  const copies = [];
-  for (const ref of refs) {
-    const one = copied(made, ref, by);
-    if (!one) continue;
-    made = one.board;
-    copies.push(one.ref);
-  }
-  const ref = groupOf(copies);
-  return ref && { board: made, ref };
-}
-
 /** @param {{refs: ElementRef[]}} group @returns {string} "the start, 3 pegs and 1 wall" */
 export function named({ refs }) {
   /** @param {ElementRef["kind"]} kind */
@@ -158,9 +92,4 @@ export function named({ refs }) {
   ].filter(Boolean);
   if (parts.length === 1) return parts[0];
   return t("editor.and", { some: parts.slice(0, -1).join(", "), last: parts[parts.length - 1] });
-}
-
-/** Rounds to 12 digits, so that sums of decimal steps stay short. @param {number} value */
-function tidy(value) {
-  return Number(value.toPrecision(12));
 }

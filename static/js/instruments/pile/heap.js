@@ -8,6 +8,8 @@ import { fittedEntry, placeOf } from "./columns.js";
 /** @import { Machine } from "../../solver/machine.js" */
 /** @import { Entry, Plan } from "./columns.js" */
 
+/** @typedef {{bin: number, number: number, x: number, y: number, angle: number}} Disc number: in its column; m and rad */
+
 const DISC = { density: 80, restitution: 0.3, friction: 0.3 };
 const CLEAR = 2.1; // radii between the centres of an entering disc and the one before it
 
@@ -27,8 +29,8 @@ export class Heap {
   #waiting;
   /** Whether a disc cannot enter, although all discs are at rest. */
   full = false;
-  /** The places before the last step. */
-  #before = new Float64Array(0);
+  /** The places before the last step. @type {Disc[]} */
+  #before = [];
 
   /** @param {Machine} machine @param {Plan} plan */
   constructor(machine, plan) {
@@ -88,27 +90,22 @@ export class Heap {
     return highest;
   }
 
-  /**
-   * @param {number} part of the last step that has passed, 0 … 1
-   * @returns {Float64Array<ArrayBuffer>} column, x, y, angle and number in its column of each disc; m and rad
-   */
+  /** @param {number} part of the last step that has passed, 0 … 1 @returns {Disc[]} */
   look(part) {
-    const before = this.#before;
-    return this.#places().map((now, at) => before[at] + part * (now - before[at]));
+    return this.#places().map((disc, i) => {
+      const { x, y, angle } = this.#before[i];
+      return {
+        ...disc, x: x + part * (disc.x - x), y: y + part * (disc.y - y), angle: angle + part * (disc.angle - angle),
+      };
+    });
   }
 
+  /** @returns {Disc[]} */
   #places() {
     const { table } = this.arena;
-    const found = new Float64Array(5 * table.n);
-    for (let row = 0; row < table.n; row += 1) {
-      const [from, at] = [4 * row, 5 * row];
-      const { bin, number } = this.#discs[table.id(row)];
-      found[at] = bin;
-      found[at + 1] = table.pos[from];
-      found[at + 2] = table.pos[from + 1];
-      found[at + 3] = table.pos[from + 2] / table.pos[from + 3];
-      found[at + 4] = number;
-    }
-    return found;
+    return Array.from({ length: table.n }, (_, row) => {
+      const [x, y, arc, radius] = table.pos.subarray(4 * row, 4 * row + 4);
+      return { ...this.#discs[table.id(row)], x, y, angle: arc / radius };
+    });
   }
 }

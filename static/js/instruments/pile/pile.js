@@ -8,12 +8,11 @@ import { openHeaps } from "./heap.js";
 /** @import { Board } from "../../model/board.js" */
 /** @import { Theme } from "../../paint/theme.js" */
 /** @import { Entry, Plan, Sizes, TrayGeometry } from "./columns.js" */
-/** @import { Heap } from "./heap.js" */
+/** @import { Disc, Heap } from "./heap.js" */
 
 const MOST_STEPS = 4; // in one frame: on a slow machine discs fall slowly instead of delaying the board
 const AHEAD_STEPS = 8; // in one frame, while the motion is not shown
 const DENSE = 0.8; // fraction of a column's area that well packed discs fill
-const FIELDS = 5; // numbers of each shown disc, see Heap.look
 
 /**
  * Loads the kernels that move discs, and makes a pile; throws without WebAssembly.
@@ -36,8 +35,8 @@ export class Pile {
   #counts = [];
   /** Number of discs by column, including those that have not entered yet. @type {number[]} */
   #discs = [];
-  /** The shown discs, FIELDS numbers for each. */
-  #shown = new Float64Array(0);
+  /** @type {Disc[]} */
+  #shown = [];
   /** Time of the last step, ms; 0 while nothing moves. */
   #clock = 0;
   /** Whether to compute until all discs are at rest without showing their motion. */
@@ -85,7 +84,7 @@ export class Pile {
     if (!this.#plan) return;
     this.share = shareFor(counts, this.#plan, least);
     this.#heap = this.heapFor(this.#plan);
-    if (!this.#ahead) this.#shown = new Float64Array(0);
+    if (!this.#ahead) this.#shown = [];
     this.#discs = counts.map(() => 0);
     this.#enter(counts, null);
   }
@@ -160,8 +159,7 @@ export class Pile {
     this.#paintColumns(ctx, board, geometry, height);
     const { px, scale } = geometry;
     const stamps = this.#stampsFor((this.#plan?.radius ?? 0) * scale);
-    for (let at = 0; at < this.#shown.length; at += FIELDS) {
-      const [bin, x, y, angle, number] = this.#shown.subarray(at, at + FIELDS);
+    for (const { bin, number, x, y, angle } of this.#shown) {
       // A disc for several balls has the colour of the last of them.
       const colour = colourOf(bin, (number + 1) * this.share - 1);
       paintBall(ctx, stamps.of({ mine: false, colour }).body, px(x), y * scale, angle);

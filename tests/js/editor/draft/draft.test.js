@@ -3,9 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import {
-  complete, hit, moved, read, refsInProblem, refsOf, snap, withSplit, without, written,
-} from "../../../../static/js/editor/draft/draft.js";
+import { complete, hit, read, refsInProblem, refsOf, snap, written } from "../../../../static/js/editor/draft/draft.js";
+import { moved, withSplit, without } from "../../../../static/js/editor/draft/element.js";
 import { triangle } from "../../support.js";
 
 const BOARD = triangle();
