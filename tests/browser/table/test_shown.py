@@ -129,6 +129,16 @@ def test_over_a_bin_are_its_chance_and_its_payout_for_the_stake(opened: Open) ->
         expect(tip).to_contain_text(f"{100 * odds[bin_]:.1f} % of balls")
     screen.page.mouse.move(300, 200)
     expect(tip).to_be_hidden()
+    keyboard = screen.page.keyboard
+    keyboard.press("t")
+    screen.page.get_by_text("What each bin pays").focus()
+    keyboard.press("Enter")
+    listed = screen.page.get_by_role("listitem").filter(has_text=" pays ")
+    expect(listed).to_have_count(9)
+    for bin_, (pays, chance) in enumerate(zip(record["multipliers"], odds, strict=True)):
+        rare = f"about 1 ball in {round(1 / chance)} lands here"
+        words = rare if chance < 0.01 else f"{100 * chance:.1f} % of balls land here"
+        expect(listed.nth(bin_)).to_have_text(f"{pays:g}x pays {2.5 * pays:.2f}{words}")
 
 
 def test_a_great_win_is_saved_as_a_video_in_one_tap(opened: Open, server: ServerProcess) -> None:

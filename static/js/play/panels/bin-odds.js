@@ -1,19 +1,14 @@
 // Over the bin under the pointer: its chance, and what it pays for the present stake. Loaded at the first pointer over
 // the board.
 
-import { labelOf } from "../../model/board.js";
-import { payoutOf } from "../../model/payout.js";
 import { binBox } from "../../paint/board.js";
-import { prizeOf } from "../../paint/prizes.js";
-import { t } from "../../texts/text.js";
 import { make } from "../../util/dom.js";
-import { amount, percent } from "../../util/format.js";
+import { binWords } from "./bin-words.js";
 
 /** @import { BoardView } from "../../board/view.js" */
 /** @import { Game } from "../game.js" */
 
 const TOUCH_MS = 3500; // that it stays after a tap
-const RARE = 0.01; // below this share the tip says "1 of n balls"
 const EDGE = 4; // CSS pixels to the board's sides
 
 /** @param {Game} game @param {BoardView} view @param {PointerEvent} first over the board */
@@ -24,29 +19,12 @@ export function showBinOdds(game, view, first) {
   let timer = 0;
   const hide = () => { tip.hidden = true; };
 
-  /** @param {number} bin */
-  const fill = (bin) => {
-    const { hello } = game.room;
-    if (!hello) return;
-    const { board, draw } = hello;
-    const score = board.bins.multipliers[bin];
-    const pays = prizeOf(board, bin, score);
-    words.textContent = game.practice || labelOf(board, bin)
-      ? pays : t("odds.pays", { pays, paid: amount(payoutOf(Math.round(100 * game.choice.stake), score) / 100) });
-    const total = draw?.weights.reduce((sum, weight) => sum + weight, 0) ?? 1;
-    const part = draw ? draw.weights[bin] / total : game.odds?.chances[bin];
-    chance.hidden = part === undefined;
-    if (part === undefined) return;
-    if (part === 0) chance.textContent = t("odds.never");
-    else if (part < RARE) chance.textContent = t("odds.rare", { n: Math.round(1 / part) });
-    else chance.textContent = t("odds.share", { share: percent(part) });
-  };
-
   /** @param {PointerEvent} event */
   const over = (event) => {
     const place = view.aimOf(event);
     const { geometry, board } = view;
-    if (!place || !geometry || !board) return;
+    const { hello } = game.room;
+    if (!place || !geometry || !board || !hello) return;
     const { edges, y } = board.bins;
     const bin = place.y < y ? -1 : edges.findIndex((edge, i) => place.x >= edge && place.x < edges[i + 1]);
     window.clearTimeout(timer);
@@ -54,7 +32,7 @@ export function showBinOdds(game, view, first) {
       hide();
       return;
     }
-    fill(bin);
+    [words.textContent, chance.textContent] = binWords(game, hello, bin);
     tip.hidden = false;
     const box = binBox(geometry, board, bin);
     const half = tip.offsetWidth / 2 + EDGE;

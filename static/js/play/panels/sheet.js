@@ -1,6 +1,7 @@
 // The panels of the sheet. A page loads them when they are needed: see later.js.
 
 import { showVisitors } from "./visitors.js";
+import { showBins } from "./bin-list.js";
 import { showDraw } from "./draw.js";
 import { showFairness } from "./fairness.js";
 import { showHistory } from "./history.js";
@@ -13,7 +14,7 @@ import { showStatistics } from "./statistics.js";
 
 /** @param {Game} game @param {Theme} theme @param {Show} show @param {boolean} touched whether there was a gesture */
 export function fillSheet(game, theme, show, touched) {
-  for (const panel of [showHistory, showStatistics, showFairness, showDraw]) panel(game, theme);
+  for (const panel of [showHistory, showStatistics, showFairness, showDraw, showBins]) panel(game, theme);
   showVisitors(game, theme, touched);
   offerSettings(game, theme, show);
 }
