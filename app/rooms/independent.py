@@ -126,6 +126,13 @@ class IndependentRoom(Room):
                     "whose `stakes` is true in GET boards",
                     field="stake",
                 )
+            if command.stake and command.aim is not None:
+                raise InvalidValueError(
+                    f"stake {command.stake} with aim {command.aim!r}: a drop with an aim is "
+                    "practice, because payouts are solved for the board's own start; leave out "
+                    "the stake or the aim",
+                    field="stake",
+                )
             aim_of(self.board, command.aim)
         else:
             start_of(self.board, command.seed, command.x, command.aim)

@@ -203,7 +203,9 @@ export class Game extends Store {
 
   /** @returns {Reason | null} why drops are practice now; null when they are staked */
   get practice() {
-    return this.choice.seed === null ? this.room.practice : "seed";
+    const { seed, aim } = this.choice;
+    if (seed !== null) return "seed";
+    return this.room.practice ?? (aim === null ? null : "aim");
   }
 
   /** The account as panels show it: stakes not yet answered are already deducted. */
@@ -232,9 +234,9 @@ export class Game extends Store {
     if (this.#allowed()) this.#press(balls, { seed, aim });
   }
 
-  /** Drops one ball as an earlier one was dropped, but with a new seed. @param {Played} played */
-  again({ aim = null, stake }) {
-    if (!this.moving) this.#press(1, { seed: null, aim, stake });
+  /** Drops one ball with an earlier one's stake. @param {Played} played */
+  again({ stake }) {
+    if (!this.moving) this.#press(1, { seed: null, aim: null, stake });
   }
 
   /** Lets an earlier ball fall once more, as practice. @param {Played} played */
@@ -257,7 +259,7 @@ export class Game extends Store {
 
   /** @param {number} balls @param {Ask} ask */
   #press(balls, ask) {
-    const practice = ask.seed !== null || this.room.practice !== null;
+    const practice = ask.seed !== null || ask.aim !== null || this.room.practice !== null;
     const going = this.#series.find((series) => !series.limits && series.practice === practice);
     this.#add(going ?? new DropSeries({ practice }), balls, ask);
   }
@@ -292,7 +294,7 @@ export class Game extends Store {
   /** @param {DropSeries} series @param {Ask} ask @returns {Dropper} */
   #dropper(series, { seed, aim, stake }) {
     let next = seed;
-    const practice = () => next !== null || this.room.practice !== null;
+    const practice = () => next !== null || aim !== null || this.room.practice !== null;
     return {
       stake: () => (practice() ? 0 : stake ?? allowedStake(this.choice.stake * series.factor, this.mostStake)),
       drop: (due) => {

@@ -26,7 +26,7 @@ import { fairPlaceOf, OwnDrops } from "./own-drops.js";
 /** @import { Store } from "./store.js" */
 
 /** @typedef {"connecting" | "live" | "asleep" | "reconnecting" | "full" | "closed"} LineState */
-/** @typedef {"seed" | "colliding" | "unsolved" | "offline" | "unsealed"} Reason why a drop is practice */
+/** @typedef {"seed" | "aim" | "colliding" | "unsolved" | "offline" | "unsealed"} Reason why a drop is practice */
 
 /**
  * The state that each hello replaces.
@@ -141,7 +141,8 @@ export class Room {
   }
 
   /**
-   * Sends a drop. It is practice if the player chose its seed or if only practice is possible, else it is staked.
+   * Sends a drop. It is practice if the player chose its seed or its start, whose return is another than the board's,
+   * or if only practice is possible; else it is staked.
    * @param {{seed: string | null, aim: number | null, stake: number}} ask
    * @returns {string | null} its ref; null if it could not be sent
    */
@@ -151,7 +152,7 @@ export class Room {
     this.#drops += 1;
     const ours = { who: this.wallet.mark, ...(aim !== null && { aim }) };
     const credits = this.hello?.stakes === false ? 0 : stake; // a draw's drops are fair, but take no stakes
-    const practice = seed !== null || this.practice !== null;
+    const practice = seed !== null || aim !== null || this.practice !== null;
     const plain = { type: "drop", ref, ...(seed !== null && { seed }), ...ours };
     if (practice && (this.#offline || !this.connection.send(plain))) return this.#practise(ref, { seed, aim });
     if (!practice && !this.fair.drop(ref, { stake: Math.round(credits * MINOR_UNITS), ...ours })) return null;

@@ -25,8 +25,11 @@ from plinko.app.rooms.stakes import (
     payout_of,
 )
 from plinko.engine import Board, drop, find_draw
+from plinko.engine.board.presets import preset_names
 from plinko.engine.board.worlds import WORLDS
 from plinko.engine.drops.flight import fly
+from plinko.engine.payouts.listing import LEAST_RETURN, MOST_RETURN
+from plinko.engine.payouts.record import odds_of_record
 from tests.app.conftest import TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running
@@ -216,6 +219,23 @@ async def test_only_boards_whose_return_is_counted_take_stakes(
         assert "stake 100: room" in refused["detail"]
         await player.send(type="drop", session=session, ref=2)
         assert "stake" not in await player.until("accepted", ref=2)
+
+
+def test_every_start_that_takes_stakes_returns_98_5_to_99_5_percent() -> None:
+    aimed = 0
+    for name in preset_names():
+        room = IndependentRoom("1", Board.preset(name), tick_rate=60, max_balls=2)
+        for odds in odds_of_record(room.board) if room.takes_stakes else ():
+            command = DropCommand(None, aim=odds.aim, stake=100)
+            if odds.aim is None:
+                room.check_start(command, fair=True)
+                assert LEAST_RETURN <= odds.returned <= MOST_RETURN
+                continue
+            with pytest.raises(InvalidValueError, match=f"stake 100 with aim {odds.aim!r}"):
+                room.check_start(command, fair=True)
+            room.check_start(DropCommand(None, aim=odds.aim), fair=True)
+            aimed += 1
+    assert aimed == 4 * 7, "those of triangle-9, triangle-16 and classic"
 
 
 def test_a_preset_of_each_world_takes_stakes() -> None:

@@ -40,7 +40,7 @@ def rooms(http: httpx.Client) -> tuple[str, str]:
     """Two rooms; the second has four plays of the player, and plays of others."""
     first, second = (http.post("/api/v1/rooms", json={"board": BOARD}).json()["id"] for _ in "ab")
     session, shown = begun(http, second)
-    staked = {"stake": 100, "session": session["session"], "who": MARK, "aim": 0.1}
+    staked = {"stake": 100, "session": session["session"], "who": MARK}
     for number in range(3):
         played(http, second, wait=0, seed=str(number), who=MARK)
         played(http, second, wait=0, seed=str(number), who="another")
@@ -55,7 +55,7 @@ def test_the_last_play_comes_first_with_total_stake_and_payout(
     http: httpx.Client, rooms: tuple[str, str]
 ) -> None:
     last = recalled(http, limit=1)["plays"][0]
-    assert (last["room"], last["board"], last["stake"], last["aim"]) == (rooms[1], "tiny", 100, 0.1)
+    assert (last["room"], last["board"], last["stake"], last["aim"]) == (rooms[1], "tiny", 100, None)
     assert last["payout"] == 100 * last["score"]
     assert last["session_drop"] == 0
     assert abs(last["time"] / 1000.0 - time.time()) < 3600.0

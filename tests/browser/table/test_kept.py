@@ -75,16 +75,19 @@ def test_table_and_aim_are_kept_and_drops_found_by_a_mark(opened: Open, other: Q
     screen = opened(other.page).ready()
     screen.drawer("Table").get_by_role("radio", name="Slot 7").check()
     screen.drop.click()
-    settled(screen.page, 1)
+    expect(screen.rows).to_have_count(1)
+    expect(screen.page.locator("#practice-note")).to_have_text("Practice: you chose the start")
     (sent,) = screen.drops_sent
     tab = screen.page.context.new_page()
     tab.goto(screen.url)
-    settled(tab, 1)
     expect(tab.get_by_label("Slot 7")).to_be_checked()
     assert sent["aim"] == other.whole.drop.slots[6]
     plays = tab.locator("#plays-json").get_attribute("href")
     (play,) = json.loads(tab.evaluate("(url) => fetch(url).then((reply) => reply.text())", plays))[
         "plays"
     ]
-    assert (play["room"], play["aim"]) == (other.room, sent["aim"])
+    assert (play["room"], play["aim"], play["stake"]) == (other.room, sent["aim"], 0)
     tab.close()
+    screen.page.get_by_role("button", name="Play for credits").click()
+    expect(screen.page.get_by_role("radio", name="Random")).to_be_checked()
+    expect(screen.page.locator("#drop-label")).to_have_text("Drop")

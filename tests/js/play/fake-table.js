@@ -256,6 +256,7 @@ export class Server {
     this.flying.push(fact);
     const event = {
       type: "accepted", ball, seed, x: fact.x, explicit_x: false, tick: this.tick, ref: null,
+      ...(message.aim !== undefined && { aim: message.aim }),
       ...(session ? { stake, receipt: { receipt: fact.receipt, index: ball, root: "aa", signature: "bb" } } : { practice: true }),
     };
     this.#announce(event, socket, message.ref);

@@ -331,6 +331,27 @@ test("a repeat is practice for one ball, and 'again' takes the same stake", asyn
   assert.match(world.said.at(-1), /staked 2\.50/);
 });
 
+test("a ball with a chosen start is practice, and 'again' of an earlier one is staked", async () => {
+  const { world, game, flow } = await seated();
+  const before = game.account.balance;
+  game.choose({ aim: 0.25 });
+  assert.equal(game.practice, "aim");
+  game.drop();
+  await flow();
+  await world.rest();
+  game.choose({ aim: null });
+  game.drop(0.5); // a click on the board
+  await flow();
+  await world.rest();
+  const dropped = game.account.last.map(({ practice, aim }) => [practice, aim]);
+  assert.deepEqual(dropped, [[true, 0.5], [true, 0.25]]);
+  assert.equal(game.account.balance, before);
+  game.again({ ...game.account.last[0], aim: 0.25, stake: 2 });
+  await flow();
+  await world.rest();
+  assert.match(world.said.at(-1), /staked 2\.00/);
+});
+
 test("the page reports a damaged account once", () => {
   const world = new World(3);
   world.disk.open().setItem("plinko.account.1", "{");

@@ -3,7 +3,7 @@
 
 import { aimSpan, allowedAim } from "../../model/board.js";
 import { t } from "../../texts/text.js";
-import { byId, check, chip, isWithin, radioValue } from "../../util/dom.js";
+import { byId, check, chip, isWithin, onClick, radioValue } from "../../util/dom.js";
 import { fixed } from "../../util/format.js";
 import { readStored } from "../../util/stored.js";
 import { onKey } from "./keys.js";
@@ -62,6 +62,10 @@ export class Aim {
     this.words = byId("start-words");
     this.field.addEventListener("change", () => this.#moved());
     this.slider.addEventListener("input", () => this.#moved());
+    onClick("practice-end", () => {
+      check("start", SEED);
+      this.#moved();
+    });
     onKey(["arrowleft", "arrowright"], (event) => this.#key(event));
     let digest = "";
     game.on("table", ({ hello }) => {

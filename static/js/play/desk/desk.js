@@ -20,7 +20,7 @@ import { onKey, onSpace } from "./keys.js";
 /** @typedef {HTMLInputElement | HTMLSelectElement} Field */
 
 const PRACTICE = /** @type {const} */ ({
-  seed: "practice.seed", colliding: "practice.colliding", unsolved: "practice.unsolved",
+  seed: "practice.seed", aim: "practice.aim", colliding: "practice.colliding", unsolved: "practice.unsolved",
   offline: "practice.offline", unsealed: "practice.unsealed",
 });
 const AUTO = "auto";
@@ -223,7 +223,7 @@ export class Desk {
     else delete dataset.practice;
     byId("auto-panel").hidden = radioValue("balls") !== AUTO;
     byId("practice-note").textContent = practice ? t(PRACTICE[practice]) : "";
-    byId("practice-end").hidden = practice !== "seed";
+    byId("practice-end").hidden = practice !== "seed" && practice !== "aim";
     for (const radio of radiosOf("pace")) radio.disabled = room.table !== null && !room.table.solve;
     for (const side of ["win", "loss"]) {
       byId(`auto-${side}-factor`).hidden = byId(`auto-on-${side}`, HTMLSelectElement).value !== TIMES;
