@@ -122,9 +122,8 @@ def _rare_bins(chosen: Landings, board: Board) -> tuple[str, ...]:
     wanted = ceil(chosen.drops * FEWEST_HITS / max(fewest, 1))
     more = f"about {wanted:,}" if fewest else f"far more than {wanted:,}"
     return (
-        f"{chosen.drops:,} drops cannot tell how often bins {bins} are hit (the rarest: "
-        f"{fewest} hits, {FEWEST_HITS} are needed): their multipliers are a guess; use {more} "
-        "drops",
+        f"{chosen.drops:,} balls are too few to know how often bins {bins} are hit (the rarest: "
+        f"{fewest} hits, {FEWEST_HITS} are needed): their multipliers are a guess; use {more}",
     )
 
 
@@ -136,7 +135,7 @@ def _not_monotone(multipliers: Pays) -> tuple[str, ...]:
     for inner, outer in (*left, *right):
         if multipliers[outer] < multipliers[inner]:
             return (
-                "the table is not monotone: multipliers should rise from the middle to the sides, "
+                "multipliers should rise from the middle to the sides, "
                 f"but bin {outer} pays {multipliers[outer]:g} and bin {inner}, nearer the middle, "
                 f"{multipliers[inner]:g}",
             )

@@ -74,7 +74,7 @@ def command(
     The command drops balls until it knows the return from the board's own start to 0.1 % (95 %
     interval); boards with rare bins that pay much need very many. It also counts each aim of a
     player. As many drops of later seeds then measure the return of the new table. Warnings name
-    bins that too few drops have hit, and a table that is not monotone.
+    bins with too few hits, and multipliers that fall towards a side.
 
     With --record and --tables, the same drops solve the tables of every risk of a world's preset,
     for a return of 0.99. As many drops of later seeds judge them. Both files are rewritten:

@@ -202,7 +202,7 @@ def test_a_changed_board_has_no_odds_of_record() -> None:
 def test_a_table_chosen_by_too_few_drops_names_its_guessed_bins() -> None:
     few = solve_payouts("triangle-16", drops=3_000)
     rare, *_ = few.warnings
-    assert "3,000 drops cannot tell how often bins 0, 1, 2, 3, 13, 14, 15, 16 are hit" in rare
+    assert "balls are too few to know how often bins 0, 1, 2, 3, 13, 14, 15, 16 are hit" in rare
     assert few.to_dict()["warnings"] == list(few.warnings)
     enough = solve_payouts("triangle-8", drops=20_000)
     assert enough.warnings == ()
