@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from plinko.engine import Board, certify, drop, drop_many
 from plinko.engine.drops.batch import DropBatch
 from plinko.engine.exact.outcome import BALANCED, LANDED, REASONS, WEDGED
-from tests.engine.hard_boards import KINDS, HardBoard, hard_board, hard_boards, numbered
 from tests.long import tries
+from tools.boards.hard_boards import KINDS, HardBoard, hard_board, hard_boards, numbered
 
 DROPS = 50
 """Drops on each board; with all boards of all kinds, `make test-long` plays a million."""

@@ -5,9 +5,9 @@ import pytest
 from plinko.engine.board.model import Board
 from plinko.engine.drops.trajectory import Trajectory, at_start, follow
 from plinko.engine.parameters import Exact
-from tests.engine.checked_drops import check_drops, compare_drops, is_sure
-from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
+from tools.boards.checked_drops import check_drops, compare_drops, is_sure
+from tools.boards.wall_boards import seeds_of, wall_board, wall_pair
 
 BOARDS = 300
 DROPS = tries(4, 50)

@@ -13,10 +13,10 @@ from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
 from plinko.engine import Board, drop, drop_many
 from tests.engine.batches.open_board import DROPS, OPEN
-from tests.engine.hard_boards import KINDS, hard_board
-from tests.engine.wall_boards import wall_board
 from tests.kit.presets import SAMPLE
 from tests.long import tries
+from tools.boards.hard_boards import KINDS, hard_board
+from tools.boards.wall_boards import wall_board
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reproduce.md").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from plinko.engine import Board, drop
-from tests.engine.checked_drops import check_starts
+from tools.boards.checked_drops import check_starts
 
 CASES = json.loads((Path(__file__).parent / "walls" / "seams.json").read_text("utf-8"))
 

@@ -12,9 +12,10 @@ import pytest
 from plinko.app.fairness.seeds import drop_seed
 from plinko.engine import Board
 from tests.app.conftest import TINY
-from tests.app.fairness import chances
-from tests.app.fairness.chances import Outcome
-from tests.app.fairness.generator import (
+from tests.long import tries
+from tools.fairness import chances
+from tools.fairness.chances import Outcome
+from tools.fairness.generator import (
     DROPS_PER_SESSION,
     LEAST_DROPS,
     LEVEL,
@@ -22,8 +23,7 @@ from tests.app.fairness.generator import (
     check_generator,
     session_seeds,
 )
-from tests.app.fairness.mirror import check_mirror
-from tests.long import tries
+from tools.fairness.mirror import check_mirror
 
 DOCS = Path(__file__).parents[3] / "docs"
 BOARD = Board.preset("triangle-16")
@@ -91,7 +91,7 @@ def test_starts_that_scaling_crowds_are_named(monkeypatch: pytest.MonkeyPatch) -
     def crowded(seeds: Words, x: float, jitter: float) -> npt.NDArray[np.float64]:
         return x + jitter * (np.floor(seeds / 2.0**64 * 256.0) / 128.0 - 1.0)
 
-    monkeypatch.setattr("tests.app.fairness.generator.start_xs", crowded)
+    monkeypatch.setattr("tools.fairness.generator.start_xs", crowded)
     failed = [each.name for each in check_generator(BOARD, LEAST_DROPS).failed]
     assert {"starts are uniform", "starts scaled to the board are uniform"} <= set(failed)
 
@@ -101,7 +101,7 @@ def test_a_start_out_of_range_is_counted(monkeypatch: pytest.MonkeyPatch) -> Non
         unit = seeds / 2.0**64 * 2.0 - 1.0
         return x + unit * (jitter if jitter == 1.0 else 1.5 * jitter)
 
-    monkeypatch.setattr("tests.app.fairness.generator.start_xs", wide)
+    monkeypatch.setattr("tools.fairness.generator.start_xs", wide)
     report = check_generator(BOARD, LEAST_DROPS)
     assert report.outside == pytest.approx(LEAST_DROPS / 3, rel=0.05)
     assert not report.good

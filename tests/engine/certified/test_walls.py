@@ -8,8 +8,8 @@ import pytest
 from plinko.engine import Board, ParameterError, certify, drop
 from plinko.engine.board.parts import Bins, Peg, Wall
 from plinko.engine.certified.certify import Certificate, Effort
-from tests.engine.wall_boards import seeds_of, wall_board, wall_pair
 from tests.long import tries
+from tools.boards.wall_boards import seeds_of, wall_board, wall_pair
 from tools.oracle.scenes import scene
 
 QUICK = Effort(160, 1280, 20_000)

@@ -23,7 +23,7 @@ from plinko.engine.seeding import start_x
 from plinko.engine.stepped.step import trace_stepped_many
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board
-from tests.engine.wall_boards import wall_board, wall_boards
+from tools.boards.wall_boards import wall_board, wall_boards
 
 BOARDS = ("triangle-8", "classic", "galton")
 

@@ -41,9 +41,9 @@ from plinko.engine.physics.circle_impact import (
 )
 from plinko.engine.physics.contact import new_series
 from plinko.engine.seeding import start_xs
-from tests.engine.hard_boards import KINDS, HardBoard, hard_boards, numbered
 from tests.kit.python import run_python
 from tests.long import tries
+from tools.boards.hard_boards import KINDS, HardBoard, hard_boards, numbered
 
 Array = npt.NDArray[Any]
 

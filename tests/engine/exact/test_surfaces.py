@@ -13,7 +13,7 @@ from plinko.engine.exact.board_arrays import arrays_of, wall_at
 from plinko.engine.exact.surfaces import lay_out
 from plinko.engine.physics import surface
 from plinko.engine.physics.surface import is_flush
-from tests.engine.wall_boards import wall_boards
+from tools.boards.wall_boards import wall_boards
 
 Items = npt.NDArray[np.float64]
 Peg = tuple[float, float, float]

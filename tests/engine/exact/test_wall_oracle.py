@@ -9,8 +9,8 @@ from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Wall
 from plinko.engine.constants import KIND_PEG, KIND_WALL
 from plinko.engine.seeding import start_xs
-from tests.engine.wall_boards import seeds_of, wall_board
 from tests.long import tries
+from tools.boards.wall_boards import seeds_of, wall_board
 from tools.oracle import CUT, OracleDrop, oracle_drop
 from tools.oracle.comparison import FELT, compare
 from tools.oracle.corners import Corner, holds

@@ -13,8 +13,8 @@ from plinko.engine import drop, verify
 from plinko.engine.parameters import SolverName
 from tests.app.rooms.logs import LOGS
 from tests.js.conftest import MODULES, Run
-from tests.js.solver import log_fields
 from tests.js.solver.test_solver import opened
+from tools import log_fields
 
 
 def rewritten(run: Run, value: Any) -> Any:
@@ -106,7 +106,7 @@ def test_the_log_of_these_tests_has_every_field() -> None:
 
 
 def test_pages_know_the_fields_that_the_server_knows() -> None:
-    assert log_fields.FILE.read_text() == log_fields.text(), "python -m tests.js.solver.log_fields"
+    assert log_fields.FILE.read_text() == log_fields.text(), "python -m tools.log_fields"
 
 
 def test_a_page_s_largest_stake_is_a_room_s(run: Run) -> None:

@@ -10,10 +10,10 @@ import pytest
 from plinko.engine import Board, BoardError, drop
 from tests.engine.artifact.drops import cases
 from tests.engine.board.forms import EXAMPLE, changed
-from tests.engine.hard_boards import KINDS, hard_board
-from tests.engine.wall_boards import seeds_of, wall_board
 from tests.js.conftest import Run
 from tests.long import tries
+from tools.boards.hard_boards import KINDS, hard_board
+from tools.boards.wall_boards import seeds_of, wall_board
 
 _OPEN = """
 const { readFileSync } = await import("node:fs");

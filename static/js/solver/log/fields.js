@@ -1,5 +1,5 @@
 // The fields of a room's log, as in app/rooms/drop_format.py. Generated: do not edit, but run
-// python -m tests.js.solver.log_fields
+// python -m tools.log_fields
 export const NEEDED = ["version", "board", "board_digest", "mode", "solver", "tick_rate", "physics_version", "tick", "drops", "world_digest", "digest"];
 export const OPTIONAL = ["kind", "room"];
 export const ENTRY = ["ball", "tick", "seed", "result"];

@@ -6,11 +6,11 @@ from pathlib import Path
 from plinko.app.protocol.visitors import TAG_FIELDS
 from plinko.app.rooms.drop_format import ENTRY, ENTRY_OPTIONAL, RESULT, DropFormat
 
-FILE = Path(__file__).parents[3] / "static/js/solver/log/fields.js"
+FILE = Path(__file__).parents[1] / "static/js/solver/log/fields.js"
 
 _HEAD = """\
 // The fields of a room's log, as in app/rooms/drop_format.py. Generated: do not edit, but run
-// python -m tests.js.solver.log_fields
+// python -m tools.log_fields
 """
 
 

@@ -1,6 +1,6 @@
 """Statistical tests of the generator that draws the starts of staked drops.
 
-`python -m tests.app.fairness.generator BOARD DROPS PAIRS` prints a run as JSON, such as
+`python -m tools.fairness.generator BOARD DROPS PAIRS` prints a run as JSON, such as
 docs/conformance.json: the tests of DROPS starts, and PAIRS drops compared with their mirror images.
 
 The drops are drawn like those of fair sessions: HMAC-SHA256 of both secrets gives a drop's seed,
@@ -22,9 +22,9 @@ import numpy.typing as npt
 from plinko.app.fairness.seeds import drop_seed
 from plinko.engine import Board
 from plinko.engine.seeding import start_xs
-from tests.app.fairness import chances
-from tests.app.fairness.chances import Outcome
-from tests.app.fairness.mirror import check_mirror
+from tools.fairness import chances
+from tools.fairness.chances import Outcome
+from tools.fairness.mirror import check_mirror
 
 LEVEL: Final = 0.01
 """Probability that a good generator fails any of the tests: 99 % confidence for all together."""
@@ -192,4 +192,4 @@ def _run(name: str, drops: int, pairs: int) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(_run(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])), indent=1))  # noqa: T201
+    print(json.dumps(_run(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])), indent=1))

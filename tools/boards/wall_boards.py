@@ -2,10 +2,16 @@
 
 `wall_board(n)` is board number n, the same on every machine and one that the validator accepts.
 Its walls are cut, joined, doubled, crossed and tangent to pegs: places where the surface of the
-board is easily taken for that of a single wall.
+board is easily taken for that of a single wall. `python -m tools.boards.wall_boards FIRST COUNT
+DROPS` checks DROPS drops on each of COUNT boards by `tools.boards.checked_drops` and prints the
+failures; with `--pairs`, it compares drops on walls that are whole on one board and cut on another.
 """
 
+import argparse
 import math
+import sys
+import time
+from collections import Counter
 from itertools import pairwise
 from random import Random
 from typing import Any, Final
@@ -14,7 +20,8 @@ from hypothesis import strategies as st
 
 from plinko.engine.board.model import Board
 from plinko.engine.errors import BoardError
-from tests.engine.hard_boards import (
+from tools.boards.checked_drops import Failure, check_drops, compare_drops
+from tools.boards.hard_boards import (
     BOTTOM,
     SIDE,
     Draft,
@@ -300,3 +307,40 @@ def seeds_of(number: int, drops: int) -> range:
 
 
 wall_boards: Final = st.integers(0, 1_000_000).map(wall_board)
+
+
+def _report(failures: list[Failure], shown: int) -> None:
+    kinds = Counter(failure.kind for failure in failures)
+    for kind, count in kinds.most_common():
+        boards = {failure.number for failure in failures if failure.kind == kind}
+        sys.stdout.write(f"{kind}: {count} drops on {len(boards)} boards\n")
+        for failure in [f for f in failures if f.kind == kind][:shown]:
+            sys.stdout.write(f"    {failure}\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("first", type=int, help="number of the first board")
+    parser.add_argument("count", type=int, help="number of boards")
+    parser.add_argument("drops", type=int, help="drops on each")
+    parser.add_argument("--pairs", action="store_true", help="compare whole and cut walls instead")
+    parser.add_argument("--shown", type=int, default=5, help="failures printed of each kind (5)")
+    given = parser.parse_args()
+    begun = time.perf_counter()
+    failures: list[Failure] = []
+    for number in range(given.first, given.first + given.count):
+        seeds = seeds_of(number, given.drops)
+        if given.pairs:
+            failures += compare_drops(*wall_pair(number), seeds, number)
+        else:
+            failures += check_drops(wall_board(number), seeds, number)
+    _report(failures, given.shown)
+    sys.stdout.write(
+        f"{len({(f.number, f.x) for f in failures})} of {given.count * given.drops} drops fail, "
+        f"in {time.perf_counter() - begun:.0f} s\n"
+    )
+    sys.exit(1 if failures else 0)
+
+
+if __name__ == "__main__":
+    main()
