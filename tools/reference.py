@@ -6,6 +6,7 @@ Each name has its arguments with types and defaults, its members, and their docs
 import ast
 import inspect
 import itertools
+import re
 import sys
 import textwrap
 from collections.abc import Iterator
@@ -61,7 +62,7 @@ def text() -> str:
     for title, names in GROUPS.items():
         parts.append(f"## {title}\n")
         parts += map(_entry, names)
-    return "\n".join(parts)
+    return re.sub(r"\bFloats\b", "npt.NDArray[np.float64]", "\n".join(parts))
 
 
 def _entry(path: str) -> str:

@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.engine.batches.block import block_of
 from plinko.engine.batches.job import Job, listed, wanted, whole
@@ -15,8 +14,7 @@ from plinko.engine.board.model import Board
 from plinko.engine.board.values import shown
 from plinko.engine.errors import ParameterError, RecordError
 from plinko.engine.parameters import Exact
-
-Floats = npt.NDArray[np.float64]
+from plinko.engine.physics.array_types import Floats
 
 MOST_DROPS: Final = 1 << 53
 """Most drops that are counted: a share of them is still an exact quotient of float64."""

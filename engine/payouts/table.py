@@ -15,8 +15,8 @@ import numpy.typing as npt
 from plinko.engine.board.payouts import Risk
 from plinko.engine.errors import ParameterError
 from plinko.engine.payouts import reference
+from plinko.engine.physics.array_types import Floats
 
-Floats = npt.NDArray[np.float64]
 Rungs = npt.NDArray[np.intp]
 
 LADDER: Final = np.array(

@@ -226,14 +226,14 @@ def test_every_start_that_takes_stakes_returns_98_5_to_99_5_percent() -> None:
     for name in preset_names():
         room = IndependentRoom("1", Board.preset(name), tick_rate=60, max_balls=2)
         for odds in odds_of_record(room.board) if room.takes_stakes else ():
-            command = DropCommand(None, aim=odds.aim, stake=100)
+            command = DropCommand(0, aim=odds.aim, stake=100)
             if odds.aim is None:
                 room.check_start(command, fair=True)
                 assert LEAST_RETURN <= odds.returned <= MOST_RETURN
                 continue
             with pytest.raises(InvalidValueError, match=f"stake 100 with aim {odds.aim!r}"):
                 room.check_start(command, fair=True)
-            room.check_start(DropCommand(None, aim=odds.aim), fair=True)
+            room.check_start(DropCommand(0, aim=odds.aim), fair=True)
             aimed += 1
     assert aimed == 4 * 7, "those of triangle-9, triangle-16 and classic"
 
