@@ -173,7 +173,7 @@ def parts(
         text = _SHEET.sub(f'    <link rel="stylesheet" href="css/all-{name}.css">\n', text)
     pages = dict.fromkeys(languages, text)
     entry = _SCRIPT.search(text)
-    bundles = list(_bundles(static, entry[1])) if entry else []
+    bundles = list(_bundles(static, name, entry[1])) if entry else []
     for language, texts in languages.items():
         for bundle in bundles:
             made[bundle.address(language)] = _code(bundle, bundles, language, texts)
@@ -188,13 +188,15 @@ def parts(
 class _Bundle:
     """A script: an entry module with its imports that no bundle before it has."""
 
+    page: str  # its name: each page has later bundles of its own, which import its first one
     entry: str
     modules: dict[str, str]  # code by path
     before: tuple["_Bundle", ...]  # the bundles that the page has loaded before, the page's first
 
     def address(self, language: str) -> str:
         home, file = posixpath.split(self.entry)
-        return f"{home}/{file.removesuffix('.js') if self.before else 'all'}.{language}.js"
+        name = f"{file.removesuffix('.js')}-{self.page}" if self.before else "all"
+        return f"{home}/{name}.{language}.js"
 
     def used_by(self, other: "_Bundle") -> list[str]:
         """The names of this bundle's modules that the other one imports."""
@@ -210,14 +212,14 @@ class _Bundle:
         return used_in("".join(code for path, code in self.modules.items() if path != _TEXTS))
 
 
-def _bundles(static: Path, entry: str) -> Iterator[_Bundle]:
+def _bundles(static: Path, page: str, entry: str) -> Iterator[_Bundle]:
     """The page's script, then those that it imports later, each after the ones that it needs."""
     waiting: list[tuple[str, tuple[_Bundle, ...]]] = [(entry, ())]
     seen = {entry}
     for path, before in waiting:
         known = {each for bundle in before for each in bundle.modules}
         modules = {at: code for at, code in _modules(static, path).items() if at not in known}
-        bundle = _Bundle(path, modules, before)
+        bundle = _Bundle(page, path, modules, before)
         yield bundle
         home = posixpath.dirname(path)
         for later in _LATER.findall("".join(modules.values())):
@@ -253,4 +255,4 @@ def _code(bundle: _Bundle, bundles: list[_Bundle], language: str, texts: Texts) 
         given = _RETURNED.search(bundle.modules[bundle.entry])
         assert given, f"{bundle.entry} exports nothing"
         lines.append(f"export const {{{given[1]}}} = {_name(bundle.entry)};\n")
-    return _LATER.sub(rf'import("\1.{language}.js")', "".join(lines))
+    return _LATER.sub(rf'import("\1-{bundle.page}.{language}.js")', "".join(lines))

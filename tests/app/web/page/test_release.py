@@ -132,7 +132,29 @@ def test_a_later_module_shares_what_the_page_has_loaded(tmp_path: Path) -> None:
         said.append(told.stdout.decode().strip())
     assert said == ["Yes,No,Perhaps", "Ja,Nein,Vielleicht"]
     assert "Nein" not in made["js/all.de.js"]
-    assert "Ja" not in made["js/later.de.js"]
+    assert "Ja" not in made["js/later-index.de.js"]
+
+
+def test_a_module_that_two_pages_load_later_starts_neither_of_them(tmp_path: Path) -> None:
+    (tmp_path / "js").mkdir()
+    written(
+        tmp_path / "js",
+        state="export const said = [];\n",
+        later='import { said } from "./state.js";\nexport const end = () => said.join();\n',
+    )
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    for name in ("one", "two"):
+        (tmp_path / "js" / name).mkdir()
+        main = f'import {{ said }} from "../state.js";\nsaid.push("{name}");\n'
+        main += 'void import("../later.js").then(({ end }) => console.log(end()));\n'
+        (tmp_path / "js" / name / "main.js").write_text(main)
+        page = f'<script type="module" src="js/{name}/main.js"></script>'
+        for path, code in parts(tmp_path, f"{name}.html", page, {"en": {}})[1].items():
+            (tmp_path / path).write_text(code)
+    for name in ("one", "two"):
+        asked = f"import('./js/{name}/all.en.js')"
+        told = subprocess.run(["node", "-e", asked], cwd=tmp_path, capture_output=True, check=True)
+        assert told.stdout.decode().strip() == name
 
 
 def test_a_module_is_not_loaded_both_at_once_and_later(tmp_path: Path) -> None:
