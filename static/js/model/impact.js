@@ -5,7 +5,7 @@
 // The normal points from the peg's centre, or from the wall's nearest point, to the ball's centre.
 
 import { t } from "../texts/text.js";
-import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "./motion/drop.js";
+import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, LANDING, PEG, WALL } from "./motion/kinds.js";
 import { describe } from "./motion/event-names.js";
 import { normalAt } from "./normal.js";
 

@@ -1,6 +1,6 @@
 // The direction in which a surface pushes a ball that touches it. Pure.
 
-import { PEG, WALL } from "./motion/drop.js";
+import { PEG, WALL } from "./motion/kinds.js";
 
 /** @import { Board, Point, Wall } from "./board.js" */
 

@@ -9,10 +9,14 @@ const RIM = "#14181d";
 const LONG = 14; // letters on a line
 const LINE = 1.1; // of the letters' size
 const DOTS = "…";
-const letters = new Intl.Segmenter();
+/** @type {Intl.Segmenter | null} made when first needed, as loading it takes long */
+let letters = null;
 
 /** @param {string} text @returns {string[]} what a reader takes for letters, such as an emoji of several parts */
-const lettersOf = (text) => [...letters.segment(text)].map(({ segment }) => segment);
+function lettersOf(text) {
+  letters ??= new Intl.Segmenter();
+  return [...letters.segment(text)].map(({ segment }) => segment);
+}
 
 /** @param {string} name @returns {string[]} on one line or two, shortened at a word if it is longer */
 export function linesOf(name) {

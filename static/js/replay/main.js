@@ -12,6 +12,7 @@ import { byId, fieldOf, fillFacts, inputOf, onClick, onSubmit } from "../util/do
 import { metric, multiplier, seconds } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
+import { offerFileCheck, offerVerify } from "./checks.js";
 import { CloseUp, paintImpact } from "./closeup.js";
 import { describeEnergy, energyPlot } from "./energy-plot.js";
 import { Guess, guessWords } from "./guess.js";
@@ -20,7 +21,6 @@ import { readShift } from "./pair.js";
 import { dropOf, prove, Replay } from "./replay.js";
 import { offerShare } from "./share.js";
 import { Transport } from "./transport.js";
-import { offerFileCheck, verify } from "./verify.js";
 
 /** @import { Layer } from "../board/stage.js" */
 /** @import { DropRecord } from "../model/motion/drop.js" */
@@ -51,7 +51,7 @@ class ReplayPage {
     this.withHeight.addEventListener("change", () => this.#plotEnergy());
     this.#plotEnergy();
     byId("energy").setAttribute("aria-label", describeEnergy(motion));
-    onClick("verify", () => verify(replay, this.list));
+    offerVerify(replay, this.list);
     onClick("certify", () => prove([drop], byId("verdict"), "replay.certifying", ([proof]) => (
       [proof.certified && proof.agrees ? "good" : "bad", provenWords(proof)])));
     byId("certify").hidden = drop.solver === "stepped";

@@ -1,14 +1,12 @@
 // Replays a drop: loads or computes its record and states, and makes the scene at any time.
 
 import { DEFAULT_BOARD, DEFAULT_SEED } from "../board/page.js";
-import { Motion, PEG, samplesNeeded, upTo } from "../model/motion/drop.js";
+import { Motion, samplesNeeded, upTo } from "../model/motion/drop.js";
+import { PEG } from "../model/motion/kinds.js";
 import { emptyScene } from "../model/scene.js";
 import { ApiError, getJson, getText, postJson } from "../net/api.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
 import { dropPath } from "../net/drop-address.js";
-import { boardDigest } from "../solver/digest.js";
-import { BoardError, ParameterError } from "../solver/errors.js";
-import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
 import { say } from "../util/dom.js";
 
@@ -28,8 +26,8 @@ const TRAIL_POINTS = 14;
 const TRAIL_STEP = 1 / 90;
 const LOUD = 3; // m/s
 
-/** This page's solver, null in a browser without WebAssembly. */
-const solving = openSolver().catch(() => null);
+/** The code that computes drops; null if it cannot be fetched. */
+const solverCode = () => import("./compute.js").catch(() => null);
 
 /** A drop's record, and its scene at any time. */
 export class Replay {
@@ -77,20 +75,10 @@ export class Replay {
   }
 
   /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay | null>} */
-  static async #computed(board, { seed, x, aim, solver: wanted }) {
-    const solver = await solving;
-    if (!solver || wanted === "stepped") return null;
-    const start = { seed, x: numberIn(x), aim: numberIn(aim) };
-    const drop = told(() => solver.drop(board, start));
-    const { impacts, duration } = drop;
-    const fps = samplesNeeded({ impacts, duration, solver: "exact" });
-    const times = Array.from({ length: Math.floor(duration * fps) + 1 }, (_, i) => i / fps);
-    if (times[times.length - 1] < duration) times.push(duration);
-    const record = drop.record();
-    const fields = ["t", "x", "y", "theta", "vx", "vy", "omega"];
-    const rows = (/** @type {State[]} */ states) => states.map((state) => Object.values(state));
-    const sampled = { fields, frames: rows(drop.states(times)), before: rows(drop.before()) };
-    return new Replay(board, /** @type {DropRecord} */ (/** @type {unknown} */ (record)), null, sampled);
+  static async #computed(board, drop) {
+    const code = await solverCode();
+    const found = await code?.computeDrop(board, drop);
+    return found ? new Replay(board, found.record, null, found.sampled) : null;
   }
 
   /** @param {Board} board @param {DropAddress} drop @returns {Promise<Replay>} */
@@ -183,10 +171,10 @@ async function boardOf(name, hash) {
     const { board, digest } = /** @type {BoardReply} */ (await postJson("boards", form));
     return { board, address: digest };
   } catch (error) {
-    const solver = isSilence(error) ? await solving : null;
-    if (!solver) throw error;
-    const board = told(() => solver.read(form));
-    return { board, address: boardDigest(board) };
+    const code = isSilence(error) ? await solverCode() : null;
+    const read = await code?.readForm(form);
+    if (!read) throw error;
+    return read;
   }
 }
 
@@ -211,21 +199,3 @@ export async function prove(drops, note, asking, told) {
 function isSilence(error) {
   return error instanceof ApiError && error.status === 0;
 }
-
-/**
- * Turns the solver's errors into ApiErrors, so that the page shows them like the server's refusals.
- * @template T
- * @param {() => T} compute
- * @returns {T}
- */
-function told(compute) {
-  try {
-    return compute();
-  } catch (error) {
-    if (!(error instanceof BoardError || error instanceof ParameterError)) throw error;
-    throw new ApiError(error.message, 422, { cause: error, field: error.field });
-  }
-}
-
-/** @param {string | number | null | undefined} text from the address @returns {number | null} */
-const numberIn = (text) => (text === null || text === undefined || text === "" ? null : Number(text));

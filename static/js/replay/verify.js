@@ -1,5 +1,5 @@
-// Recomputes and compares: the shown drop, in this page and by the server; and files with records or
-// rooms' logs that the visitor drops onto the page.
+// Recomputes and compares: the shown drop, in this page and by the server; and files with records or rooms' logs. Loaded
+// when it is needed.
 
 import { ApiError, getJson, messageOf, postJson } from "../net/api.js";
 import { RecordError } from "../solver/errors.js";
@@ -8,7 +8,7 @@ import { compareRecords } from "../solver/log/difference.js";
 import { compareLog, isLog } from "../solver/log/log.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
-import { byId, onClick, say } from "../util/dom.js";
+import { byId, say } from "../util/dom.js";
 
 /** @import { BoardReply, Verification } from "../net/replies.js" */
 /** @import { Difference } from "../solver/log/difference.js" */
@@ -21,7 +21,6 @@ const KNOWN = ["board", "board_digest", "seed", "x", "aim", "solver", "physics_v
   "duration", "x_end", "impacts", "digest"];
 const HOW_SURE = ["amplification", "x_error", "certain"]; // the server's to compute
 
-/** Loaded with the page, so that no server is needed. */
 const solving = openSolver();
 solving.catch(() => {}); // a failure is shown when the solver is needed
 
@@ -66,30 +65,8 @@ async function atServer({ text, record, board }) {
   }
 }
 
-/** Connects the panel, and accepts files dropped anywhere on the page. */
-export function offerFileCheck() {
-  const field = byId("check-file", HTMLInputElement);
-  onClick("check-open", () => field.click());
-  field.addEventListener("change", () => {
-    check(field.files?.[0]);
-    field.value = ""; // the same file can be chosen again
-  });
-  document.addEventListener("dragover", (event) => {
-    if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
-  });
-  document.addEventListener("drop", (event) => {
-    const dropped = event.dataTransfer?.files[0];
-    if (!dropped) return;
-    event.preventDefault();
-    byId("curious", HTMLDetailsElement).open = true;
-    byId("check-panel").scrollIntoView({ block: "nearest" });
-    check(dropped);
-  });
-}
-
-/** @param {File | undefined} file */
-async function check(file) {
-  if (!file) return;
+/** @param {File} file */
+export async function checkFile(file) {
   const note = byId("check-note");
   say(note, "", t("replay.check-file", { file: file.name }));
   try {

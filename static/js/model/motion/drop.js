@@ -5,16 +5,10 @@
 // between samples. A ball of the stepped solver moves in a straight line during each substep.
 
 import { flown } from "./flight.js";
+import { CONTACT_BEGIN, CONTACT_CHANGE, LANDING, PEG, WALL } from "./kinds.js";
 
 /** @import { Board } from "../board.js" */
 /** @import { State } from "./flight.js" */
-
-export const PEG = 0;
-export const WALL = 1;
-export const CONTACT_BEGIN = 2;
-export const CONTACT_CHANGE = 3;
-export const CONTACT_END = 4;
-export const LANDING = 5;
 
 const CONTACT_RATE = 240; // samples a second: a cubic between two of them is within a micrometre
 const MAX_RATE = 1000;

@@ -1,6 +1,6 @@
 // Names of a drop's events in exported files: English in every language of the page. Pure.
 
-import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, PEG, WALL } from "./drop.js";
+import { CONTACT_BEGIN, CONTACT_CHANGE, CONTACT_END, PEG, WALL } from "./kinds.js";
 
 /** @param {number} kind @param {number} index @returns {string} */
 export function describe(kind, index) {

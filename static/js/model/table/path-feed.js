@@ -1,7 +1,7 @@
 // Turns the path of one ball, known from its start to its end, into keyframes as time passes. Pure.
 
 import { normalAt } from "../normal.js";
-import { LANDING, PEG, WALL } from "../motion/drop.js";
+import { LANDING, PEG, WALL } from "../motion/kinds.js";
 
 /** @import { Board } from "../board.js" */
 /** @import { State } from "../motion/flight.js" */

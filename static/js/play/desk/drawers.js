@@ -20,9 +20,10 @@ export function offerDrawers(game, load) {
   const tabs = [...byId("sheet").querySelectorAll("[aria-controls]")];
   const more = byId("more");
   const keys = byId("keys", HTMLDialogElement);
-  const wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 40rem) and (not (max-height: 34rem))");
+  const wide = window.matchMedia("(min-aspect-ratio: 11/10) and (min-width: 35rem) and (not (max-height: 34rem))");
   /** @type {string | null} */
   let open = null;
+  let begun = false;
   /** Whether the browser's Back closes the drawer: it has an entry of its own in the history. */
   const hasEntry = () => window.history.state?.[ENTRY] === true;
 
@@ -41,7 +42,8 @@ export function offerDrawers(game, load) {
       each.setAttribute("aria-expanded", String(drawer === shown));
       byId(drawer).hidden = drawer !== shown;
     }
-    byId("sheet-body").scrollTop = 0;
+    if (begun) byId("sheet-body").scrollTop = 0; // at the start nothing is scrolled, and this costs a layout
+    begun = true;
     // Where a drawer covers the board, Back leads to the board.
     if (open && !wide.matches && !hasEntry()) window.history.pushState({ [ENTRY]: true }, "");
     else if (!open && hasEntry()) window.history.back();

@@ -1,7 +1,7 @@
 // What a landing leaves on the board: the impact that decided the bin and, for a win, light along the pegs it hit.
 
 import { startSpan } from "../../model/board.js";
-import { PEG } from "../../model/motion/drop.js";
+import { PEG } from "../../model/motion/kinds.js";
 import { JACKPOT, WIN } from "./celebration.js";
 import { findFork } from "./fork.js";
 
