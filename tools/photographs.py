@@ -53,7 +53,9 @@ def replay(page: "Page", address: str) -> None:
     page.wait_for_selector("html[data-state=replay]")
     impulses = page.locator("#impacts tr td:last-child").all_text_contents()[4:-1]
     strong = max(range(len(impulses)), key=lambda i: float(impulses[i].replace("–", "0")))
-    page.locator("#impacts tr").nth(4 + strong).click()
+    page.get_by_label("Time of the fall").fill("0")
+    for _ in range(5 + strong):
+        page.locator("#impact-on").click()
 
 
 def compare(page: "Page", address: str) -> None:
