@@ -42,7 +42,7 @@ from plinko.app.rooms import kinds
 from plinko.app.rooms.boards import MAX_BOARDS, Boards
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.touching.room import TouchingRoom
-from plinko.app.settings import Settings, not_settings, page_kernels
+from plinko.app.settings import TICK_RATE, Settings, not_settings, page_kernels
 from plinko.app.web.application import Application
 from plinko.app.web.computing import Computing
 from plinko.app.web.edge.addresses import Proxies
@@ -91,7 +91,7 @@ def _services(settings: Settings) -> Services:
     targets = read_targets(settings.webhooks)
     ledger = Ledger(
         database,
-        period=1.0 / settings.tick_rate,
+        period=1.0 / TICK_RATE,
         patience=COMMIT_PATIENCE,
         on_commit=metrics.ledger_commit.observe,
         leases=shares.book if shares else Unshared(),
@@ -100,7 +100,7 @@ def _services(settings: Settings) -> Services:
     limits = kinds.BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
     persistence = PersistenceService(
         ledger,
-        tick_rate=settings.tick_rate,
+        tick_rate=TICK_RATE,
         limits=limits,
         leases=Leases(ledger, shares.book) if shares else None,
     )

@@ -6,11 +6,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from plinko.app.errors import SettingError
 
 ENV_PREFIX = "PLINKO_"
+
+TICK_RATE: Final = 60
+"""Ticks and snapshots a second. Not a setting: with another one, all runs in the ledger end."""
 
 OTHER_MESSAGES = 40.0
 """Messages a second that one client may send in addition to drops. A page sends about thirty while
@@ -134,7 +137,6 @@ class Settings:
         "JSON file of the addresses that receive each drop and landing, with their secrets: see "
         "docs/stage.md",
     )
-    tick_rate: int = _setting(60, "ticks and snapshots a second, in Hz", 1, 1000)
     address_connections: int = _setting(
         500, "open connections of one address; no limit for a trusted proxy", 1, 1_000_000
     )

@@ -42,7 +42,7 @@ from plinko.app.rooms.room import Basis, Room
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.story import Retold
-from plinko.app.settings import Settings
+from plinko.app.settings import TICK_RATE, Settings
 from plinko.engine import Board
 from plinko.engine.errors import EffortError
 
@@ -132,7 +132,7 @@ class Rooms:
     def scene(self, values: object) -> Scene:
         """Parse a scene; raises InvalidValueError, SeedError."""
         most = kinds.MAX_TOUCHING
-        return Scene.of(values, tick_rate=self.settings.tick_rate, max_balls=most)
+        return Scene.of(values, tick_rate=TICK_RATE, max_balls=most)
 
     async def seek(self, room_id: str) -> LiveRoom:
         """Find a room, in memory or in the ledger, and bring it into memory.
@@ -349,8 +349,7 @@ class Rooms:
             live.audience.notify(messages.Notice(text=self.orders.notice, leaving=True))
 
     def _new(self, room_id: str, basis: Basis, mode: str) -> Room:
-        rate = self.settings.tick_rate
-        return make_room(room_id, basis, mode, tick_rate=rate, limits=self.limits)
+        return make_room(room_id, basis, mode, tick_rate=TICK_RATE, limits=self.limits)
 
     async def _new_aside(self, room_id: str, basis: Basis, mode: str) -> Room:
         """`_new` on another thread: 500 balls, or a large board, take some 5 ms."""

@@ -11,7 +11,7 @@ from benchmarks.scale import units
 from benchmarks.serving import relays
 from benchmarks.serving.streams import CLIENTS, FALL, IN_FLIGHT
 from plinko.app.listening import MAX_CONNECTIONS
-from plinko.app.settings import Settings
+from plinko.app.settings import TICK_RATE, Settings
 from plinko.engine.batches.hashes import KEPT
 from plinko.engine.drops.digest import BLOCK
 
@@ -99,7 +99,7 @@ def units_of(page: Recorded) -> Units:
 
 def _crowd(page: Recorded) -> tuple[float, float, float]:
     """Clients per core for snapshots, bytes/s and messages/s of one client."""
-    clients, rate = 800, Settings().tick_rate
+    clients, rate = 800, TICK_RATE
     share = page.number(CROWDS, str(clients), "of a core")
     for row in page.rows(WIRE):
         if row["board"] == units.BOARD and row["balls"] == str(IN_FLIGHT):
@@ -197,7 +197,7 @@ def processes_for(spectators: int, clients: float) -> int:
 
 
 def _rooms(cost: Units) -> Table:
-    rate = Settings().tick_rate
+    rate = TICK_RATE
     rows = [["0, all asleep", "0", _bytes(ROOMS * cost.room_bytes[0]), "0", "0", "0"]]
     for balls, tick in cost.ticks.items():
         drops = ROOMS * balls / FALL
@@ -249,7 +249,7 @@ def _drops(cost: Units) -> Table:
 
 def _first(cost: Units) -> Table:
     """The largest numbers that one server, one ledger and one room can take."""
-    rate = Settings().tick_rate
+    rate = TICK_RATE
     ticks = SHARE / (rate * cost.ticks[1])
     rows = [
         ["rooms awake, a ball in each", "the process that ticks them", f"{ticks:,.0f}"],

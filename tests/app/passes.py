@@ -10,7 +10,7 @@ from plinko.app.live.ticking.runner import Runner
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits
-from plinko.app.settings import Settings
+from plinko.app.settings import TICK_RATE, Settings
 from plinko.engine import Board
 from tests.kit.hand import HandClock
 from tests.kit.null_ledger import NullLedger
@@ -52,7 +52,7 @@ def rooms_by_hand(
     clock, chosen = clock or HandClock(), settings or Settings()
     kept = PersistenceService(
         ledger or NullLedger(),
-        tick_rate=chosen.tick_rate,
+        tick_rate=TICK_RATE,
         limits=BallLimits(chosen.max_balls, MAX_TOUCHING),
         now=clock.unix,
     )

@@ -47,7 +47,6 @@ def test_a_misspelt_variable_is_named_an_orchestrator_s_is_not() -> None:
         ("PLINKO_DROP_RATE", "nan", "drop_rate=nan"),
         ("PLINKO_DROP_RATE", "-1", "drop_rate=-1"),
         ("PLINKO_HOST", "", "host=''"),
-        ("PLINKO_TICK_RATE", "0", "tick_rate=0"),
         ("PLINKO_ROOT_PATH", "plinko", "root_path='plinko' is not a path such as /plinko"),
         ("PLINKO_ROOT_PATH", "/plinko/", "root_path='/plinko/'"),
         ("PLINKO_ROOT_PATH", "/api", "root_path='/api'"),

@@ -16,7 +16,7 @@ from plinko.app.protocol.visitors import Appearance
 from plinko.app.protocol.wire import WireMessage
 from plinko.app.rooms.keys import IdempotencyKey
 from plinko.app.rooms.room import Room
-from plinko.app.settings import Settings
+from plinko.app.settings import TICK_RATE, Settings
 from plinko.engine import Board
 
 KEPT: Final = 256  # events, without contacts: a late bounce interests no client
@@ -63,7 +63,7 @@ class AudienceContext:
         orders: Orders | None = None,
         presence: Presence | None = None,
     ) -> "AudienceContext":
-        every = max(1, settings.tick_rate // _DIAGNOSED)
+        every = max(1, TICK_RATE // _DIAGNOSED)
         limits = messages.Limits(settings.max_balls, settings.drop_rate, messages.MESSAGE_BYTES)
         return cls(hub, presence or Presence(clock), clock, orders, every, limits)
 

@@ -13,7 +13,7 @@ from plinko.app.live.ticking.passes import Pass
 from plinko.app.live.ticking.step_threads import StepThreads
 from plinko.app.live.ticking.ticker import Schedule, Ticker, Watcher
 from plinko.app.rooms.room import Room
-from plinko.app.settings import Settings
+from plinko.app.settings import TICK_RATE, Settings
 
 CATCH_UP: Final = 5  # due ticks run at once after a pause; the others are skipped
 
@@ -95,8 +95,8 @@ class Runner:
         self.counts = Counts()
         self.clock = clock
         self.catch_up = CATCH_UP
-        self.patience = math.ceil(_SILENT * settings.tick_rate)
-        period = 1.0 / settings.tick_rate
+        self.patience = math.ceil(_SILENT * TICK_RATE)
+        period = 1.0 / TICK_RATE
         schedule = Schedule(period, CATCH_UP)
         # Ticks are due when the clocks of tables tick.
         phase = lambda: now() % period  # noqa: E731
@@ -106,7 +106,7 @@ class Runner:
         )  # the room whose last turn is longest ago first
         self._events_kept: int | None = None  # of all rooms; None until needed after a tick
         self._failed = failed
-        self._budget = _SHARE / settings.tick_rate
+        self._budget = _SHARE / TICK_RATE
         self._threads = StepThreads()
 
     @property

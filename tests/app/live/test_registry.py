@@ -176,7 +176,7 @@ async def test_a_room_that_fails_is_closed_and_the_others_go_on(
 
 async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None:
     """Without friction and gravity the scene would move for ever."""
-    held = rooms(tick_rate=60)
+    held = rooms()
     values = {"scene": "sandbox", "balls": 3, "gravity": 0.0, "speed": 1.0, "restitution": 1.0}
     room = await held.create(held.scene(values), "scene")
     watcher = Watcher()
@@ -198,7 +198,7 @@ async def test_an_empty_room_s_scene_stands_still_until_somebody_comes() -> None
 
 
 async def test_what_is_changed_while_the_clock_stands_is_shown() -> None:
-    held = rooms(tick_rate=60)
+    held = rooms()
     room = await held.create(held.scene({"scene": "sandbox", "balls": 1}), SCENE)
     paused = change(room, message("pause", paused=True))
     await turns()
@@ -216,7 +216,7 @@ async def test_what_is_changed_while_the_clock_stands_is_shown() -> None:
 
 
 async def test_a_table_ticks_without_clients_until_drops_land() -> None:
-    held = rooms(tick_rate=60)
+    held = rooms()
     room = held.find("interacting-triangle-8")
     await ask(room, 1)
     await finish(held)

@@ -28,6 +28,7 @@ from plinko.app.rooms.kinds import DRAW, SCENE
 from plinko.app.rooms.room import Basis, Room
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.story import Retold, Story, retell, story_of
+from plinko.app.settings import TICK_RATE
 from plinko.app.web.directory import listed
 from plinko.app.web.drops import drop_command
 from plinko.app.web.problems import HOPS
@@ -377,7 +378,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
             raise InvalidValueError(
                 f"a story contains its own scene; leave out `{name}`", field=name
             )
-    rate, most = server.settings.tick_rate, server.rooms.limits.touching
+    rate, most = TICK_RATE, server.rooms.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
     price = prices.story(story.ball_substeps(rate))
     return await attended(

@@ -21,6 +21,7 @@ from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING
 from plinko.app.rooms.log import verify_log
 from plinko.app.rooms.records import DropRow, ResultRow
 from plinko.app.rooms.stakes import payout_of
+from plinko.app.settings import TICK_RATE
 from plinko.engine import PHYSICS_VERSION, Board, drop
 from tests.app.persistence.crash.life import (
     BOARD,
@@ -115,10 +116,11 @@ async def test_drops_of_another_tick_rate_land_before_a_fresh_start(url: str) ->
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
         number = life.rooms.persistence.runs.of(own.room).number
-    async with living(url, tick_rate=50) as life:
+    change(url, "UPDATE rooms SET tick_rate = 50")
+    async with living(url) as life:
         again = await life.rooms.seek(own.id)
         assert again.owned
-        assert (again.room.tick_rate, again.room.input_count) == (50, 0)
+        assert (again.room.tick_rate, again.room.input_count) == (TICK_RATE, 0)
     for row, result in kept(url, number):
         assert result is not None
         alone = drop(BOARD, row.seed)
