@@ -62,7 +62,8 @@ def _table(parts: dict[str, dict[str, float]], drops: int) -> Table:
     notes = (
         f"{drops:,} drops of one room at {BOARD.name} with the results of their flights, written "
         f"{GROUP} in a transaction by the statements of the server's writer, in the order in which "
-        f"they would come: first line. Below, bytes a drop by database table, indexes included. "
+        f"they would come. First line: the whole. Below: bytes a drop by database table, indexes "
+        "included. "
         f"Each player's mark comes with {SESSION} drops. A fair session has {SESSION} drops, and "
         "each drop a stake, a signed receipt with its nodes in the log, and an idempotency key."
     )
