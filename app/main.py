@@ -60,7 +60,7 @@ from plinko.engine.jit import limits, native
 
 if TYPE_CHECKING:
     from plinko.app.cluster.start import Cluster
-    from plinko.app.webhooks.webhooks import Webhooks
+    from plinko.app.webhooks.sender import Webhooks
 
 _log = logging.getLogger("plinko")
 
@@ -164,7 +164,7 @@ class _Shares:
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":
     """The senders of webhooks; in a cluster only the first server sends."""
-    from plinko.app.webhooks.webhooks import Webhooks  # noqa: PLC0415 - only with targets
+    from plinko.app.webhooks.sender import Webhooks  # noqa: PLC0415 - only with targets
 
     return Webhooks(targets, ledger, lambda: others is None or others.first)
 

@@ -42,7 +42,7 @@ GROUPS = {
         "ledger": "server.ledger",
         "halt": "server.operator:halt",
         "announce": "server.operator:announce",
-        "relay": "server.relay",
+        "relay": "server.serve:relay",
         "rooms": "server.operator:rooms",
         "players": "server.operator:players",
     },

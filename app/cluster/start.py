@@ -14,9 +14,8 @@ from starlette.types import ASGIApp
 
 from plinko.app.cluster.alive import Alive
 from plinko.app.cluster.fail_over import FailOver
-from plinko.app.cluster.forward import Forward
+from plinko.app.cluster.forward import Forward, Peers
 from plinko.app.cluster.membership import Member, order
-from plinko.app.cluster.peers import Peers
 from plinko.app.errors import AppError, InvalidValueError, shorten
 from plinko.app.listening import address_of
 from plinko.app.live.stored_rooms import StoredRooms
@@ -105,7 +104,7 @@ class Cluster:
         others = [each for each in self._alive.view.members.values() if each != self._alive.me]
         return list(await asyncio.gather(*(self._peers.ask(each, path, part) for each in others)))
 
-    async def move(self, room_id: str, to: str) -> Member:
+    async def move(self, room_id: str, to: str) -> str:
         """Hand a room of this server over to the server named `to`; raises InvalidValueError."""
         view = self._alive.view
         target = view.named(to)
@@ -115,7 +114,7 @@ class Cluster:
             raise InvalidValueError(text, field="to")
         if target.holder != self._book.holder:
             await self._give(room_id, target)
-        return target
+        return target.name
 
     async def leave(self) -> None:
         """Hand all rooms over to the others. Each room continues from its current tick."""

@@ -1,11 +1,16 @@
 """Single flight: callers that ask for the same work while it runs share one run."""
 
 import asyncio
+import logging
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from plinko.app.errors import LeaseLostError
+
 T = TypeVar("T")
+
+_log = logging.getLogger("plinko")
 
 
 @dataclass(slots=True, eq=False)
@@ -41,13 +46,6 @@ class SingleFlight(Generic[T]):
                 flight.task.cancel()
                 self._end(key, flight)  # later callers start the work again
 
-    async def cancel(self) -> None:
-        """Cancel all running work, and wait until it has ended."""
-        tasks = [flight.task for flight in self._flights.values()]
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
     def _begin(self, key: str, work: Callable[[], Coroutine[None, None, T]]) -> _Flight[T]:
         flight = self._flights[key] = _Flight(asyncio.create_task(work(), name=key))
 
@@ -64,3 +62,43 @@ class SingleFlight(Generic[T]):
     def _end(self, key: str, flight: _Flight[T]) -> None:
         if self._flights.get(key) is flight:
             del self._flights[key]
+
+
+class Signal:
+    """For the event loop's thread. Unlike an Event, it never stays set and needs no clearing."""
+
+    def __init__(self) -> None:
+        self._next = asyncio.Event()
+
+    def send(self) -> None:
+        """Wake all tasks that wait now."""
+        sent, self._next = self._next, asyncio.Event()
+        sent.set()
+
+    async def wait(self) -> None:
+        await self._next.wait()
+
+
+async def to_the_end(work: Coroutine[None, None, T]) -> T:
+    """Await `work`; if the caller is cancelled, `work` still runs until it is done.
+
+    Work that writes to the ledger and then updates memory must not stop between the two, or they
+    would differ.
+    """
+    running = asyncio.ensure_future(work)
+    try:
+        return await asyncio.shield(running)
+    except asyncio.CancelledError:
+        running.add_done_callback(log_failure)
+        raise
+
+
+def log_failure(done: "asyncio.Future[T]") -> None:
+    """Log the failure of work whose caller has left.
+
+    A LeaseLostError is not logged here: it is logged once for its room.
+    """
+    if done.cancelled() or (error := done.exception()) is None:
+        return
+    if not isinstance(error, LeaseLostError):
+        _log.warning("work failed after its caller had left: %s", error)

@@ -9,7 +9,7 @@ import logging
 from collections.abc import Awaitable, Callable
 from typing import Final, Protocol
 
-from plinko.app.concurrency.to_the_end import to_the_end
+from plinko.app.concurrency.single_flight import to_the_end
 from plinko.app.errors import LeaseLostError, UnknownRoomError
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.open_rooms import OpenRooms

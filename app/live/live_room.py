@@ -4,18 +4,19 @@ The room itself is pure (app/rooms); a LiveRoom connects it to time, the ledger 
 a drop or another input is taken, and what a tick does, is in live_table.py and live_arena.py.
 """
 
+import asyncio
 import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from plinko.app.concurrency.single_flight import Signal
 from plinko.app.errors import AppError, ClosedRoomError, ResetError, UndecidedError
 from plinko.app.live.broadcast.audience import NOBODY, Audience, AudienceContext, Player
 from plinko.app.live.broadcast.hub import Client
 from plinko.app.live.orders import Orders
 from plinko.app.live.queue import RoomQueue
 from plinko.app.live.sessions.fair_session import FairSession
-from plinko.app.live.ticking.landings import Landings
 from plinko.app.live.ticking.runner import Runner
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.protocol import messages
@@ -45,6 +46,60 @@ class RoomContext:
     new_id: Callable[[], str]
     filmed: Callable[[str], bool]
     draw: Callable[[], int]
+
+
+class Landings:
+    """The waits of one room, by ball; for the event loop's thread."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[int, list[asyncio.Future[messages.Landed | None]]] = {}
+        self._any = Signal()
+
+    @property
+    def waiting(self) -> int:
+        return len(self._waiting)
+
+    async def wait(self, ball: int, seconds: float) -> messages.Landed | None:
+        """Wait until the ball lands; returns None if that takes longer than `seconds`.
+
+        Raises the error given to `end`.
+        """
+        future: asyncio.Future[messages.Landed | None] = asyncio.get_running_loop().create_future()
+        self._waiting.setdefault(ball, []).append(future)
+        try:
+            return await asyncio.wait_for(future, seconds)
+        except TimeoutError:
+            return None
+        finally:
+            waiting = self._waiting.get(ball, [])
+            if future in waiting:
+                waiting.remove(future)
+            if not waiting:
+                self._waiting.pop(ball, None)
+
+    async def next(self) -> None:
+        """Wait until any ball lands."""
+        await self._any.wait()
+
+    def landed(self, landed: messages.Landed) -> None:
+        self._any.send()
+        for future in self._waiting.pop(landed.ball, ()):
+            if not future.done():
+                future.set_result(landed)
+
+    def end(self, error: AppError) -> None:
+        for future in self._all():
+            future.set_exception(error)
+
+    def leave(self) -> None:
+        """End all waits as if they had timed out: the balls land at another server, or later."""
+        for future in self._all():
+            future.set_result(None)
+
+    def _all(self) -> list["asyncio.Future[messages.Landed | None]"]:
+        found = [each for futures in self._waiting.values() for each in futures if not each.done()]
+        self._waiting.clear()
+        return found
 
 
 class LiveRoom(ABC):

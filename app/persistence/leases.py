@@ -5,8 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from plinko.app.concurrency.single_flight import SingleFlight
-from plinko.app.concurrency.to_the_end import log_failure
+from plinko.app.concurrency.single_flight import SingleFlight, log_failure
 from plinko.app.errors import LeaseLostError, LedgerError
 from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.writer import Ledger

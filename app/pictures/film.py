@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plinko.app.computing.pool import Workers
-from plinko.app.concurrency.signal import Signal
+from plinko.app.concurrency.single_flight import Signal
 from plinko.app.errors import BusyError, RoomFullError
 from plinko.app.pictures.frame import Still, draw, moment_of, still_of
 from plinko.app.render.parts.view import check_size

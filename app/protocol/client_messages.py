@@ -132,17 +132,8 @@ def peek(data: str | bytes, key: str) -> object:
     return value.get(key) if isinstance(value, dict) else None
 
 
-def parse_x(value: object) -> float | None:
-    """An explicit start in m, or None; raises InvalidValueError if it is not a finite number."""
-    return _parse_place(value, "x")
-
-
-def parse_aim(value: object) -> float | None:
-    """A player's aim in m, or None; raises InvalidValueError if it is not a finite number."""
-    return _parse_place(value, "aim")
-
-
-def _parse_place(value: object, field: str) -> float | None:
+def parse_place(value: object, field: str) -> float | None:
+    """A start or an aim in m, or None; raises InvalidValueError if it is not a finite number."""
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float):

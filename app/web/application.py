@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractAsyncContextManager
-from typing import Final
+from typing import Any, Final
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
@@ -16,7 +16,7 @@ from plinko.app.web.edge.front import Front
 from plinko.app.web.problems import respond
 from plinko.app.web.routes import api_docs, boards, health, page, payouts
 from plinko.app.web.routes.common import components, documented_failures
-from plinko.app.web.routes.drops import drops, many, pictures
+from plinko.app.web.routes.drops import drops, pictures
 from plinko.app.web.routes.rooms import (
     live,
     orders,
@@ -32,7 +32,7 @@ from plinko.engine import __version__
 from plinko.engine.json_text import JsonObject
 
 _ROUTERS = (
-    boards, pictures, drops, many, payouts, live, rooms, queues, scenes,
+    boards, pictures, drops, payouts, live, rooms, queues, scenes,
     sessions, players, orders, health, api_docs, ws,
 )  # fmt: skip
 
@@ -114,7 +114,7 @@ _LIMITED: Final = {
 """Headers of a response that refuses a request because of a limit."""
 
 
-def _failures(path: str, operation: JsonObject) -> JsonObject:
+def _failures(path: str, operation: JsonObject) -> dict[str, Any]:
     """The responses that follow from an operation's form: its path, body, parameters, token."""
     codes = [429, 503] if path.startswith("/api/") else [429]
     codes += [404] * ("{" in path) + [422] * ("parameters" in operation)
@@ -143,8 +143,10 @@ def _document(app: FastAPI, routes: Sequence[BaseRoute]) -> dict[str, object]:
         for path, operations in made["paths"].items():
             for operation in operations.values():
                 # This server's 422 is a problem document, not the framework's own shape.
-                own = operation["responses"].items()
-                known = {code: each for code, each in own if "HTTPValidationError" not in str(each)}
-                operation["responses"] = {**_failures(path, operation), **known}
+                responses = _failures(path, operation)
+                for code, own in operation["responses"].items():
+                    if "HTTPValidationError" not in str(own):
+                        responses[code] = own
+                operation["responses"] = responses
         app.openapi_schema = made
     return app.openapi_schema

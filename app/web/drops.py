@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from plinko.app.errors import InvalidValueError
-from plinko.app.protocol.client_messages import DropMessage, parse_aim, parse_x
+from plinko.app.protocol.client_messages import DropMessage, parse_place
 from plinko.app.protocol.visitors import parse_tag
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.stakes import parse_stake, parse_who
@@ -18,7 +18,7 @@ def drop_command(form: DropMessage | RoomDropRequest, draw: Callable[[], int]) -
     without a session.
     """
     seed = None if form.seed is None else parse_seed(form.seed)
-    x, aim = parse_x(form.x), parse_aim(form.aim)
+    x, aim = parse_place(form.x, "x"), parse_place(form.aim, "aim")
     stake, who = parse_stake(form.stake), parse_who(form.who)
     if stake and form.session is None:
         raise InvalidValueError(

@@ -22,7 +22,7 @@ from plinko.app.web.shared import Others
 from plinko.app.web.tokens import SessionTokens, Tokens
 
 if TYPE_CHECKING:
-    from plinko.app.webhooks.webhooks import Webhooks
+    from plinko.app.webhooks.sender import Webhooks
 
 
 @dataclass(slots=True)

@@ -23,14 +23,6 @@ class Standing:
     forwarded: int
 
 
-class Peer(Protocol):
-    """Another server."""
-
-    @property
-    def name(self) -> str:
-        """Its name for people."""
-
-
 class Others(Protocol):
     """What this server can do with the others of its cluster."""
 
@@ -50,8 +42,11 @@ class Others(Protocol):
     def standing(self) -> Standing:
         """This server's place now."""
 
-    async def move(self, room_id: str, to: str) -> Peer:
-        """Give a room of this server to the one named `to`; raises InvalidValueError."""
+    async def move(self, room_id: str, to: str) -> str:
+        """Give a room of this server to the one called `to`, and return that server's name.
+
+        Raises InvalidValueError.
+        """
 
     async def ask_all(self, path: str, part: str) -> list[object]:
         """Send GET `path` to every other server, and return the list `part` of each response.

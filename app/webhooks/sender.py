@@ -12,17 +12,19 @@ import hashlib
 import hmac
 import logging
 import time
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from typing import Final
 
 import httpx
 import msgspec
 
 from plinko.app.errors import LedgerError
+from plinko.app.ops.metrics import Reading
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import webhook_store
 from plinko.app.persistence.statements.webhook_store import LANDED, Labels
-from plinko.app.webhooks.targets import Target
+from plinko.app.webhooks.targets import Target, names_of
+from plinko.app.webhooks.transport import Transport
 from plinko.engine.json_text import Json, JsonObject
 
 MOST_BOARDS: Final = 64  # boards whose labels are cached between requests
@@ -187,3 +189,26 @@ def signed(key: bytes, message: str, timestamp: int, body: bytes) -> dict[str, s
         "webhook-timestamp": str(timestamp),
         "webhook-signature": f"v1,{code}",
     }
+
+
+class Webhooks:
+    """One sender for each target, for the event loop's thread; `mine` as in `Sender`."""
+
+    def __init__(self, targets: Sequence[Target], ledger: Ledger, mine: Callable[[], bool]) -> None:
+        # The client follows no redirects and ignores proxies in the environment.
+        self._http = httpx.AsyncClient(transport=Transport(), timeout=PATIENCE, trust_env=False)
+        self._senders = [
+            Sender(target, ledger, self._http, name=name, mine=mine)
+            for name, target in zip(names_of(targets), targets, strict=True)
+        ]
+
+    async def run(self) -> None:
+        """Send to all targets until cancelled, side by side."""
+        async with self._http, asyncio.TaskGroup() as tasks:
+            for sender in self._senders:
+                tasks.create_task(sender.run())
+
+    def readings(self) -> Iterator[Reading]:
+        text = "Age of the oldest event that a target has not accepted; 0 if none waits."
+        for sender in self._senders:
+            yield "plinko_webhook_oldest_seconds", text, sender.age, {"target": sender.name}

@@ -8,8 +8,8 @@ import numpy.typing as npt
 import pytest
 
 from plinko.app.render.parts import ground
+from plinko.app.render.parts.board import light_of, paint_peg
 from plinko.app.render.parts.ground import Place
-from plinko.app.render.parts.pegs import light_of, paint_peg
 from plinko.app.render.raster.canvas import Canvas
 from plinko.app.render.theme import THEMES, at_place
 from plinko.app.settings import static_directory

@@ -2,7 +2,7 @@
 
 import pytest
 
-from plinko.app.render.parts.sides import sides_of
+from plinko.app.render.parts.board import sides_of
 from plinko.engine import Board
 from tests.app.render.test_walls import HEXAGON, hexagon, walled
 from tests.js.conftest import Run

@@ -2,14 +2,13 @@
 
 import logging
 import math
-from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections import OrderedDict, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from plinko.app.errors import BusyError
 from plinko.app.live.public_tables import MAIN
-from plinko.app.live.ticking.passes import Pass
 from plinko.app.live.ticking.step_threads import StepThreads
 from plinko.app.live.ticking.ticker import Schedule, Ticker, Watcher
 from plinko.app.rooms.room import Room
@@ -196,3 +195,42 @@ class Runner:
         except Exception as error:  # noqa: BLE001 - a failed room must not stop the others
             self.fail(live, error)
         return self.clock() - began
+
+
+class Turn(NamedTuple):
+    """A room, and the time until which it may begin further computations."""
+
+    room_id: str
+    until: float
+
+
+class Pass:
+    """One pass over the awake rooms, in the given order.
+
+    The room `first` comes before all others and may take as long as it needs. Even if no time is
+    left, one of the others has a turn; the rest are skipped. The caller puts the rooms that have
+    waited longest first, so n rooms have all had a turn after at most n passes.
+    """
+
+    def __init__(self, rooms: Iterable[str], first: str, began: float, budget: float) -> None:
+        self.coming = deque(rooms)
+        """The rooms that have not had a turn yet."""
+        self._end = began + budget
+        self._first = first in self.coming
+        self._others = 0  # other rooms that have had a turn
+        if self._first:
+            self.coming.remove(first)
+            self.coming.appendleft(first)
+
+    def next(self, now: float) -> Turn | None:
+        """The next turn at `now`; None if all rooms have had one or the time is used up."""
+        if not self.coming:
+            return None
+        if self._first:
+            self._first = False
+            return Turn(self.coming.popleft(), math.inf)
+        left = self._end - now
+        if left <= 0.0 and self._others > 0:
+            return None
+        self._others += 1
+        return Turn(self.coming.popleft(), now + max(0.0, left) / (len(self.coming) + 1))

@@ -18,7 +18,7 @@ from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
 
 from sqlalchemy import Connection
 
-from plinko.app.concurrency.to_the_end import log_failure
+from plinko.app.concurrency.single_flight import log_failure
 from plinko.app.errors import LeaseLostError, LedgerError, UndecidedError
 from plinko.app.persistence.lease_book import LeaseBook, Unshared
 from plinko.app.persistence.ledger.commit_queue import CommitQueue, Done, Job

@@ -3,19 +3,26 @@
 import functools
 import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
 from plinko.app.render.parts import ground
-from plinko.app.render.parts.pegs import paint_pegs
 from plinko.app.render.parts.prizes import LINE_HEIGHT, Lettering, lettering, style_of, tight
-from plinko.app.render.parts.sides import sides_of
 from plinko.app.render.parts.view import View
-from plinko.app.render.raster.canvas import Canvas, polygon_coverage, text_width
+from plinko.app.render.raster.canvas import (
+    Array,
+    Canvas,
+    Gradient,
+    covered,
+    polygon_coverage,
+    text_width,
+)
 from plinko.app.render.theme import Colour, Theme, named
 from plinko.engine import Board
 from plinko.engine.board.parts import Wall
+from plinko.engine.json_text import JsonObject
 
 Point = tuple[float, float]
 
@@ -214,3 +221,105 @@ def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
 def _rail(view: View, wall: Wall, away: float) -> tuple[float, float, float, float]:
     # A wall may be far longer than the picture; the canvas clips it.
     return view.px(wall.x1) + away, view.py(wall.y1), view.px(wall.x2) + away, view.py(wall.y2)
+
+
+Peg = tuple[float, float, float]
+"""x, y and radius, px."""
+
+
+def paint_pegs(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
+    shadow = theme.shapes["peg"]["shadow"]
+    places = [(view.px(p.x), view.py(p.y), max(p.radius * view.scale, 0.5)) for p in board.pegs]
+    for x, y, radius in places:
+        centre = (x + shadow["across"] * radius, y + shadow["down"] * radius)
+        canvas.disc(*centre, radius, theme["shadow"], shadow["alpha"])
+    lit = light_of(theme)
+    for peg in places:
+        paint_peg(canvas, peg, theme, lit)
+
+
+def paint_peg(canvas: Canvas, peg: Peg, theme: Theme, lit: Gradient) -> None:
+    """Paint one peg with its marks, without its shadow."""
+    canvas.ball(*peg, lit)
+    for mark in theme.shapes["peg"].get("mark", ()):
+        _paint_mark(canvas, peg, mark, theme)
+
+
+def light_of(theme: Theme) -> Gradient:
+    shape = theme.shapes["peg"]
+    stops = [(stop["at"], *theme[stop["colour"]], 1.0) for stop in shape["shade"]]
+    return Gradient(shape["highlight"], stops)
+
+
+def _paint_mark(canvas: Canvas, peg: Peg, mark: JsonObject, theme: Theme) -> None:
+    """Paint one mark on a peg; its measures are parts of the peg's radius."""
+    x, y, radius = peg
+    colour, alpha, at = theme[mark["colour"]], mark["alpha"], mark["at"]
+    if mark["shape"] == "disc":
+        canvas.disc(x + at[0] * radius, y + at[1] * radius, at[2] * radius, colour, alpha)
+    elif mark["shape"] == "line":
+        ends = (x + at[0] * radius, y + at[1] * radius, x + at[2] * radius, y + at[3] * radius)
+        canvas.line(ends, at[4] * radius, colour, alpha)
+    else:
+        patch = canvas.patch(x - radius, y - radius, x + radius, y + radius)
+        if patch is not None:
+            left, top, xs, ys = patch
+            canvas.blend(left, top, _depth(xs - x, ys - y, radius, mark), colour, alpha)
+
+
+def _depth(dx: Array, dy: Array, radius: float, mark: JsonObject) -> Array:
+    """Coverage by a ring around a peg's centre, or by a stripe across the peg."""
+    away, at = np.hypot(dx, dy), mark["at"]
+    if mark["shape"] == "ring":
+        return covered(0.5 * at[1] * radius - abs(away - at[0] * radius))
+    below, above = dy - at[0] * radius, (at[0] + at[1]) * radius - dy
+    return covered(np.minimum(np.minimum(below, above), radius - away))
+
+
+@functools.lru_cache(maxsize=4)
+def sides_of(board: Board) -> tuple[int, ...]:
+    """For each wall: -1 at the left side, 1 at the right side, 0 inside.
+
+    A side is a chain of walls with common ends that leads down to an outer end of the bins.
+    """
+    found = [0] * len(board.walls)
+    for chain in _chains(board):
+        ends = {end for wall in chain if (end := _end_reached(board, wall))}
+        for wall in chain:
+            if len(ends) == 1:
+                (found[wall],) = ends
+            elif ends:
+                middle = board.walls[wall].x1 + board.walls[wall].x2 - 2.0 * board.drop.x
+                found[wall] = (middle > 0.0) - (middle < 0.0)
+    return tuple(found)
+
+
+def _end_reached(board: Board, number: int) -> int:
+    """The outer end of the bins (-1 or 1) that a wall reaches within a ball's radius; else 0."""
+    wall, bins, near = board.walls[number], board.bins, board.ball.radius
+    top, bottom = sorted(((wall.y1, wall.x1), (wall.y2, wall.x2)))
+    if not top[0] <= bins.y <= bottom[0] + near:
+        return 0
+    part = min((bins.y - top[0]) / (bottom[0] - top[0]), 1.0) if bottom[0] > top[0] else 1.0
+    x = top[1] + part * (bottom[1] - top[1])
+    return (x >= bins.edges[-1] - near) - (x <= bins.edges[0] + near)
+
+
+def _chains(board: Board) -> Iterator[list[int]]:
+    """Yield the chains of walls that share ends, as lists of wall numbers."""
+    meeting: dict[Point, list[int]] = {}
+    for number, wall in enumerate(board.walls):
+        for end in ((wall.x1, wall.y1), (wall.x2, wall.y2)):
+            meeting.setdefault(end, []).append(number)
+    left = dict.fromkeys(range(len(board.walls)))
+    while left:
+        chain = [next(iter(left))]
+        del left[chain[0]]
+        for number in chain:  # the loop appends to the list it iterates over
+            wall = board.walls[number]
+            for end in ((wall.x1, wall.y1), (wall.x2, wall.y2)):
+                for other in meeting[end]:
+                    if other in left:
+                        del left[other]
+                        chain.append(other)
+        yield chain

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.heartbeats import Heartbeats
+from plinko.app.cluster.alive import Alive, Heartbeats
 from plinko.app.cluster.membership import HEARTBEAT, LEASE, Member, Seen
 from plinko.app.persistence.lease_book import LeaseBook
 from tests.kit.waiting import LIMIT, turns

@@ -16,9 +16,8 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request as WebSocketRequest
 
 from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.forward import Forward
+from plinko.app.cluster.forward import Forward, Peers
 from plinko.app.cluster.membership import Member, Seen
-from plinko.app.cluster.peers import Peers
 from plinko.app.errors import LeaseLostError
 from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.settings import Settings

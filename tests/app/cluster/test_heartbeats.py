@@ -10,8 +10,7 @@ from typing import LiteralString
 import psycopg
 import pytest
 
-from plinko.app.cluster.alive import Alive
-from plinko.app.cluster.heartbeats import FAILURES, Heartbeats
+from plinko.app.cluster.alive import FAILURES, Alive, Heartbeats
 from plinko.app.cluster.membership import HEARTBEAT, LEASE, Member, Seen
 from plinko.app.persistence.lease_book import LeaseBook
 from tests.kit.postgres import PostgreSQL
@@ -67,7 +66,7 @@ def test_waiting_servers_learn_at_once_that_one_leaves(
     database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with both(database) as (first, second):
-        monkeypatch.setattr("plinko.app.cluster.heartbeats.HEARTBEAT", LIMIT)
+        monkeypatch.setattr("plinko.app.cluster.alive.HEARTBEAT", LIMIT)
         waiting = threading.Thread(target=second.pause)
         waiting.start()
         leaving = Member(A.holder, A.name, A.address, leaving=True)

@@ -5,9 +5,9 @@ import functools
 
 import pytest
 
-from plinko.app.computing.short import ShortDrops
 from plinko.app.computing.tasks import Ask, record
 from plinko.app.errors import InvalidValueError
+from plinko.app.web.computing import ShortDrops
 from plinko.engine import Board, drop
 from plinko.engine.drops import trajectory
 from plinko.engine.errors import EffortError, ParameterError

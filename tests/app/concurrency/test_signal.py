@@ -2,7 +2,7 @@
 
 import asyncio
 
-from plinko.app.concurrency.signal import Signal
+from plinko.app.concurrency.single_flight import Signal
 from tests.kit.waiting import turns
 
 

@@ -89,16 +89,3 @@ async def test_work_without_callers_goes_on_unless_it_may_be_abandoned(abandons:
     await turns()
     work.ends.set()
     assert await again == (2 if abandons else 1)
-
-
-async def test_all_work_can_be_cancelled() -> None:
-    work, flights = Work(), SingleFlight[int]()
-    callers = [asyncio.create_task(flights.do(key, work.do)) for key in "ab"]
-    await turns()
-    await flights.cancel()
-    assert work.cancelled == 2
-    for caller in callers:
-        with pytest.raises(asyncio.CancelledError):
-            await caller
-    work.ends.set()
-    assert await flights.do("a", work.do) == 3

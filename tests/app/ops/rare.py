@@ -9,8 +9,8 @@ from plinko.app.relay.bus import readings as bus_readings
 from plinko.app.web.readings import standing_readings
 from plinko.app.web.returns import Returns
 from plinko.app.web.shared import Standing
+from plinko.app.webhooks.sender import Webhooks
 from plinko.app.webhooks.targets import Target
-from plinko.app.webhooks.webhooks import Webhooks
 from plinko.engine import Board
 from tests.app.relay.memory_bus import MemoryBus
 from tests.kit.null_ledger import NullLedger

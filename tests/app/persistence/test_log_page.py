@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.ledger.database import Database, reader
-from plinko.app.persistence.log_page import LogPage
+from plinko.app.persistence.room_log import LogPage
 from plinko.app.rooms.log import verify_log
 from tests.kit.serving import serving
 from tests.kit.waiting import lives, until

@@ -13,8 +13,7 @@ import pytest
 
 from plinko.app.errors import BusyError, LedgerError, ReadersError
 from plinko.app.persistence.leases import NoLeases
-from plinko.app.persistence.log_page import Entries, LogPage
-from plinko.app.persistence.room_log import MOST_OF_ONE, MOST_READERS, RoomLogs
+from plinko.app.persistence.room_log import MOST_OF_ONE, MOST_READERS, Entries, LogPage, RoomLogs
 from plinko.app.persistence.room_runs import RoomRuns
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.log import lines

@@ -68,12 +68,12 @@ def test_any_object_is_a_message_or_refused(value: dict[str, Any]) -> None:
 @pytest.mark.parametrize("value", ["1", True, [], {}, math.nan, math.inf, -math.inf, 10**400])
 def test_a_start_that_is_no_number_is_named(value: object) -> None:
     with pytest.raises(InvalidValueError, match="x "):
-        client_messages.parse_x(value)
+        client_messages.parse_place(value, "x")
 
 
 @pytest.mark.parametrize(("value", "x"), [(None, None), (1, 1.0), (-0.25, -0.25)])
 def test_a_start_is_metres(value: object, x: float | None) -> None:
-    assert client_messages.parse_x(value) == x
+    assert client_messages.parse_place(value, "x") == x
 
 
 def nested(depth: int) -> str:

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plinko.app.render.parts.board import board_pixels
-from plinko.app.render.parts.sides import sides_of
+from plinko.app.render.parts.board import board_pixels, sides_of
 from plinko.app.render.parts.view import lay_out
 from plinko.app.render.theme import named
 from plinko.engine import Board

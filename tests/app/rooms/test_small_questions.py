@@ -4,7 +4,7 @@ import pytest
 
 from plinko.app.live.broadcast.hub import Mailbox
 from plinko.app.protocol import messages
-from plinko.app.protocol.client_messages import parse_x
+from plinko.app.protocol.client_messages import parse_place
 from plinko.app.protocol.wire import WireMessage
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.pending import DropCommand
@@ -105,5 +105,5 @@ def test_a_landing_s_index_is_its_bin_and_no_landing_has_none() -> None:
 
 
 def test_zero_is_one_place_in_rooms_too() -> None:
-    assert str(parse_x(-0.0)) == str(parse_x(0)) == "0.0"
+    assert str(parse_place(-0.0, "x")) == str(parse_place(0, "x")) == "0.0"
     assert str(MOTION["vx"].check(-0.0, "vx")) == "0.0"

@@ -9,8 +9,8 @@ import pytest
 
 from plinko.app.errors import SettingError
 from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.webhooks.sender import Webhooks
 from plinko.app.webhooks.targets import Target, names_of, read_targets
-from plinko.app.webhooks.webhooks import Webhooks
 
 SECRET = "whsec_" + base64.b64encode(b"s" * 32).decode()
 

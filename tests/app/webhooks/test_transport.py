@@ -8,9 +8,9 @@ from typing import cast
 import pytest
 
 from plinko.app.persistence.ledger.writer import Ledger
+from plinko.app.webhooks.sender import Webhooks
 from plinko.app.webhooks.targets import Target
 from plinko.app.webhooks.transport import MOST_READ
-from plinko.app.webhooks.webhooks import Webhooks
 from tests.app.webhooks.target import SECRET
 
 CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"

@@ -5,17 +5,18 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Annotated
 
-from fastapi import Query, Request, Response
+from fastapi import Depends, Query, Request, Response
 
 from plinko.app.computing import prices, proofs, tasks
 from plinko.app.computing.tasks import Ask
 from plinko.app.errors import InvalidValueError
-from plinko.app.protocol.client_messages import parse_aim, parse_x
+from plinko.app.protocol.client_messages import parse_place
 from plinko.app.rooms.log import is_log
 from plinko.app.web.routes.common import (
     Server,
     body_of,
     cache_headers,
+    check_count,
     check_step,
     chosen_solver,
     compute,
@@ -28,13 +29,61 @@ from plinko.app.web.routes.common import (
     reply,
     resolve_board,
 )
-from plinko.app.web.routes.drops.asked import Asked
-from plinko.app.web.routes.queries import Number
+from plinko.app.web.routes.queries import Number, Whole
 from plinko.app.web.routes.table import operations
-from plinko.app.web.schemas.drops import DropRecord, DropRequest, Frames, Verdict
+from plinko.app.web.schemas.drops import (
+    DropRecord,
+    DropRequest,
+    Frames,
+    SeedsFound,
+    SeedsRequest,
+    Simulation,
+    SimulationRequest,
+    Verdict,
+)
 from plinko.app.web.schemas.rooms import RoomLog
+from plinko.engine.drops.seeds import check_bin
+from plinko.engine.drops.start import aim_of, start_of
 from plinko.engine.errors import MissingPartError
 from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Exact
+from plinko.engine.seeding import SEED_LIMIT, parse_seed
+
+X = Annotated[
+    Number | None, Query(description="Explicit start in metres; default: drawn from the seed.")
+]
+Aim = Annotated[
+    Number | None,
+    Query(description="Middle of the starts that seeds draw, m; default: the board's own."),
+]
+SolverName = Annotated[str, Query(description="`exact` or `stepped`.")]
+Dt = Annotated[
+    Number | None,
+    Query(description="Step in seconds; only for the stepped solver. Default: 1/60."),
+]
+Substeps = Annotated[
+    Whole | None, Query(description="Substeps per step; only for the stepped solver. Default: 4.")
+]
+
+
+async def asked(
+    board: str,
+    seed: str,
+    server: Server,
+    x: X = None,
+    aim: Aim = None,
+    solver: SolverName = "exact",
+    dt: Dt = None,
+    substeps: Substeps = None,
+) -> Ask:
+    """The drop of a request; raises the errors of unknown boards and invalid values."""
+    how = chosen_solver(solver, dt, substeps)
+    found, number = server.boards.find(board), parse_seed(seed)
+    start_of(found, number, x, aim)  # raises for an invalid start, before a cache could answer 304
+    return Ask(found, number, x, how, aim)
+
+
+Asked = Annotated[Ask, Depends(asked)]
+
 
 router = operations("drops")
 
@@ -63,9 +112,9 @@ async def compute_drop(request: Request, server: Server) -> Response:
     ask = Ask(
         await resolve_board(request, body.board),
         secrets.randbits(64) if seed is None else seed,
-        parse_x(body.x),
+        parse_place(body.x, "x"),
         solver,
-        parse_aim(body.aim),
+        parse_place(body.aim, "aim"),
     )
     digest, record = await _record(request, ask, body.certainty, body.certified)
     return reply(record, headers={"etag": f'"{digest}"'})
@@ -162,3 +211,52 @@ def check_certified(ask: Ask) -> None:
             f"certified true needs the solver 'exact', not {ask.solver.name!r}",
             field="certified",
         )
+
+
+@router.post(
+    "/simulate",
+    summary="Compute many drops",
+    responses=documented(Simulation),
+    openapi_extra=body_of(SimulationRequest, {"board": "triangle-16", "drops": 100, "seed": "0"}),
+)
+async def simulate(request: Request, server: Server) -> Response:
+    """Drop balls with the seeds `seed`, `seed` + 1, … and count where they land.
+
+    At most 10,000 drops. `plinko simulate` has no limit and gives the same numbers.
+    """
+    body = await read(request, SimulationRequest)
+    check_count(body.drops, "plinko simulate")
+    solver = chosen_solver(body.solver, body.dt, body.substeps)
+    first = parse_seed(body.seed)
+    parse_seed(first + body.drops - 1)
+    board = await resolve_board(request, body.board)
+    price = prices.many_drops(board, body.drops, solver)
+    found = await compute(request, price, tasks.tally, board, first, body.drops, solver)
+    return reply(Simulation(**found))
+
+
+@router.post(
+    "/seeds",
+    summary="Find seeds that land in a bin",
+    responses=documented(SeedsFound),
+    openapi_extra=body_of(SeedsRequest, {"board": "triangle-16", "bin": 8, "count": 3}),
+)
+async def find_seeds(request: Request, server: Server) -> Response:
+    """List the next seeds whose balls land in `bin`, in rising order and without gaps.
+
+    The server tries at most `drops` seeds, up to 10,000. If fewer than `count` of them land in the
+    bin, continue with `after` set to the response's `last`. `plinko seeds` has no such limit.
+    """
+    body = await read(request, SeedsRequest)
+    check_count(body.drops, "plinko seeds")
+    check_count(body.count, "plinko seeds", "count")
+    first = 0 if body.after is None else parse_seed(body.after) + 1
+    if first == SEED_LIMIT:
+        raise InvalidValueError(f"after {body.after} is the last seed there is", field="after")
+    board = await resolve_board(request, body.board)
+    check_bin(board, body.bin)
+    aim = None if body.aim is None else aim_of(board, body.aim)
+    price = prices.many_drops(board, body.drops, Exact())
+    asked = (board, body.bin, first, body.count, body.drops, aim)
+    found = await compute(request, price, tasks.seeds_in, *asked)
+    return reply(SeedsFound(**found))

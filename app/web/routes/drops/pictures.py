@@ -28,7 +28,7 @@ from plinko.app.web.routes.common import (
     not_modified,
     services,
 )
-from plinko.app.web.routes.drops.asked import Asked
+from plinko.app.web.routes.drops.drops import Asked
 from plinko.app.web.routes.queries import Number, Whole
 from plinko.app.web.routes.table import operations
 from plinko.app.web.services import Services

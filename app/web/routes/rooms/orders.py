@@ -193,6 +193,6 @@ async def move_room(room: str, request: Request, server: Server) -> Response:
     if server.others is None:
         raise MissingPartError("this server is alone: rooms move between servers with a `--name`")
     found = await server.rooms.seek(room)
-    peer = await server.others.move(found.id, body.to)
+    name = await server.others.move(found.id, body.to)
     await server.rooms.orders.give("move", found.id, body.to)
-    return reply(MoveView(found.id, peer.name), headers={"cache-control": "no-store"})
+    return reply(MoveView(found.id, name), headers={"cache-control": "no-store"})

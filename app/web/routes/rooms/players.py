@@ -4,17 +4,17 @@ import csv
 import io
 import re
 import urllib.parse
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 from fastapi import Query, Request, Response
 from msgspec import Meta
+from sqlalchemy import Row
 
 from plinko.app.computing import tasks
 from plinko.app.errors import InvalidValueError, UnknownBoardError, shorten
 from plinko.app.persistence.statements import plays as ledger
 from plinko.app.persistence.statements import store
-from plinko.app.persistence.statements.plays import Play
 from plinko.app.rooms.records import Erase
 from plinko.app.rooms.stakes import parse_who
 from plinko.app.web.edge.accepted import asks_for, whole
@@ -241,15 +241,15 @@ async def _boards_of(request: Request, server: Services, digests: set[str]) -> d
     return boards
 
 
-def _view(play: Play, board: Board) -> PlayView:
-    chosen = {name: getattr(play, name) for name in ("x", "aim")}
+def _view(play: Row[Any], board: Board) -> PlayView:
+    columns = play._asdict()
+    chosen = {name: columns[name] for name in ("x", "aim")}
     query = urllib.parse.urlencode({name: repr(v) for name, v in chosen.items() if v is not None})
     path = f"/api/v1/drops/{play.board_digest}/{play.seed}" + (f"?{query}" if query else "")
-    own = ("play", "path", "label")
-    shared = [name for name in PlayView.__struct_fields__ if name not in own]
-    fields = {name: getattr(play, name) for name in shared}
+    place = f"{columns.pop('run')}.{columns.pop('ball')}"
+    columns["seed"] = str(play.seed)
     label = board.bins.label_of(play.bin)
-    return PlayView(play="{}.{}".format(*play.place), path=path, label=label, **fields)
+    return PlayView(play=place, path=path, label=label, **columns)
 
 
 def _wants_csv(chosen: str | None, request: Request) -> bool:

@@ -6,7 +6,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plinko.app.live.ticking.passes import Pass, Turn
+from plinko.app.live.ticking.runner import Pass, Turn
 
 BUDGET = 0.008
 MAIN = "main"

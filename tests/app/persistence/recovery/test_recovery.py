@@ -21,7 +21,6 @@ from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING
 from plinko.app.rooms.log import verify_log
 from plinko.app.rooms.records import DropRow, ResultRow
 from plinko.app.rooms.stakes import payout_of
-from plinko.app.settings import TICK_RATE
 from plinko.engine import PHYSICS_VERSION, Board, drop
 from tests.app.persistence.crash.life import (
     BOARD,
@@ -116,11 +115,10 @@ async def test_drops_of_another_tick_rate_land_before_a_fresh_start(url: str) ->
         own = await life.rooms.create(BOARD, INDEPENDENT)
         await busy(life, own, range(4))
         number = life.rooms.persistence.runs.of(own.room).number
-    change(url, "UPDATE rooms SET tick_rate = 50")
-    async with living(url) as life:
+    async with living(url, tick_rate=50) as life:
         again = await life.rooms.seek(own.id)
         assert again.owned
-        assert (again.room.tick_rate, again.room.input_count) == (TICK_RATE, 0)
+        assert (again.room.tick_rate, again.room.input_count) == (50, 0)
     for row, result in kept(url, number):
         assert result is not None
         alone = drop(BOARD, row.seed)
@@ -277,7 +275,7 @@ async def test_one_damaged_room_is_set_aside_and_the_rest_play(
         async with living(url) as life:
             await life.back()
             for _ in range(2):
-                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is unavailable"):
+                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is set aside"):
                     await life.rooms.seek(played.own)
             assert list(life.rooms.persistence.recovery.set_aside) == [played.own]
             main = await life.rooms.seek("main")
@@ -299,7 +297,7 @@ async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> 
     change(url, "UPDATE rooms SET checkpoint_drops = 7")
     async with living(url) as life:
         for room_id in (own.id, *names, *names):
-            with pytest.raises(DamagedRoomError, match="is unavailable"):
+            with pytest.raises(DamagedRoomError, match="is set aside"):
                 await life.rooms.seek(room_id)
         assert set(life.rooms.persistence.recovery.set_aside) == {own.id, *names}
         await life.drop(await life.rooms.seek("triangle-9"), 1)
@@ -330,7 +328,8 @@ async def test_drops_of_a_room_that_failed_are_paid_as_their_flights_say(
         await life.drop(room, 2, stake=200)
         number = life.rooms.persistence.runs.of(room.room).number
 
-        intact = IndependentRoom.result
+        assert isinstance(room.room, IndependentRoom)
+        land = type(room.room).result
 
         def fail(*_: object, **__: object) -> None:
             raise ZeroDivisionError("a bug")
@@ -342,7 +341,7 @@ async def test_drops_of_a_room_that_failed_are_paid_as_their_flights_say(
         else:
             await life.drop(room, 3, stake=300)
             monkeypatch.setattr(type(room.room.world), "step", fail)
-            monkeypatch.setattr(IndependentRoom, "result", fail if bug == "result" else intact)
+            monkeypatch.setattr(type(room.room), "result", fail if bug == "result" else land)
             life.tick(1)
         assert not life.rooms.is_open(room.id)
         await life.leave()

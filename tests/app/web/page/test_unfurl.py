@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from plinko.app.web.page.unfurl import card
+from plinko.app.web.routes.page import card
 from tests.kit.serving import serving
 
 BASE = "https://plinko.example/"
