@@ -103,7 +103,7 @@ export class BoardView {
     const { geometry, still, theme } = this;
     if (!geometry || !this.#shown) return;
     const { board, slots } = this.#shown;
-    paintBoard(contextOf(still), geometry, board, slots, theme, this.grounds);
+    paintBoard({ ctx: contextOf(still), geometry, board, look: theme }, slots, this.grounds);
     this.#painter = new ScenePainter({ still, board, geometry, density: this.#density }, theme);
   }
 

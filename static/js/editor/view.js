@@ -124,7 +124,7 @@ export class EditorView {
   /** @param {Board} board @param {Geometry} geometry */
   #paint(board, geometry) {
     for (const canvas of [this.still, this.field]) canvas.style.height = `${geometry.height}px`;
-    paintBoard(fitted(this.still, geometry), geometry, board, board.drop.slots ?? [], this.theme);
+    paintBoard({ ctx: fitted(this.still, geometry), geometry, board, look: this.theme }, board.drop.slots ?? []);
   }
 }
 

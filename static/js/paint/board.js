@@ -3,13 +3,13 @@
 import { labelOf, sidesOf, startSpan } from "../model/board.js";
 import { disc } from "../util/canvas.js";
 import { multiplier } from "../util/format.js";
-import { GROUNDS, SURROUNDINGS } from "./ground.js";
+import { GROUNDS, paintEnamel, SURROUNDINGS } from "./ground.js";
 import { paintPeg } from "./peg.js";
 import { coloursOf, paintPrizes } from "./prizes.js";
 
 /** @import { Board, Wall } from "../model/board.js" */
 /** @import { Geometry } from "./geometry.js" */
-/** @import { Look, Palette, PayoutColour, PegShape, RailShape } from "./theme.js" */
+/** @import { Look } from "./theme.js" */
 
 export const LABEL_FONT = '"DIN Alternate", Bahnschrift, "Liberation Sans Narrow", "Arial Narrow", sans-serif';
 const FILLED = 0.9; // of a pocket's width, by the widest number
@@ -20,88 +20,55 @@ const LEGIBLE = 8.5; // smallest size of a number, CSS pixels
 /** @type {Grounds} */
 export const ALL_GROUNDS = { around: true, plate: true };
 
-/**
- * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {number[]} slots
- * @param {Look} look
- * @param {Grounds} [grounds]
- */
-export function paintBoard(ctx, geometry, board, slots, look, grounds = ALL_GROUNDS) {
-  const { palette: colours, shapes } = look;
-  ctx.clearRect(0, 0, geometry.width, geometry.height);
-  if (grounds.around) paintSurroundings(ctx, geometry, board, look);
-  if (grounds.plate) paintPlate(ctx, geometry, board, look);
-  paintHopper(ctx, geometry, board, slots, colours);
-  paintPegs(ctx, geometry, board, colours, shapes.peg);
-  paintBins(ctx, geometry, board, (score) => look.payout(score));
-  paintRails(ctx, geometry, board, colours, shapes.rail);
+/** @typedef {{ctx: CanvasRenderingContext2D, geometry: Geometry, board: Board, look: Look}} Sheet in CSS pixels */
+
+/** @param {Sheet} sheet @param {number[]} slots @param {Grounds} [grounds] */
+export function paintBoard(sheet, slots, grounds = ALL_GROUNDS) {
+  const { ctx, geometry: { width, height } } = sheet;
+  ctx.clearRect(0, 0, width, height);
+  if (grounds.around) paintSurroundings(sheet);
+  if (grounds.plate) paintPlate(sheet);
+  paintHopper(sheet, slots);
+  paintPegs(sheet);
+  paintBins(sheet);
+  paintRails(sheet);
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {Look} look
- */
-function paintSurroundings(ctx, geometry, board, look) {
-  const { palette: { shoulder }, ground } = look;
+/** @param {Sheet} sheet */
+function paintSurroundings(sheet) {
+  const { ctx, geometry: { width, height }, look: { palette: { shoulder }, ground } } = sheet;
   ctx.fillStyle = shoulder;
-  ctx.fillRect(0, 0, geometry.width, geometry.height);
-  SURROUNDINGS[ground](ctx, placeOn(geometry, board, look));
-  if (ground !== "rays") fadeSides(ctx, geometry, shoulder);
-}
-
-/** @param {Geometry} geometry @param {Board} board @param {Look} look */
-function placeOn({ px, dropY, width, height }, board, { palette: colours, shapes: { rays }, grounds }) {
-  return { x: px(board.drop.x), y: dropY, width, height, colours, rays, grounds };
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {Look} look
- */
-function paintPlate(ctx, geometry, board, look) {
-  const { palette: colours, ground } = look;
-  const { width, height } = geometry;
-  ctx.save();
-  clipToField(ctx, geometry, board);
-  const enamel = ctx.createLinearGradient(0, 0, 0, height);
-  enamel.addColorStop(0, colours.board);
-  enamel.addColorStop(1, colours.boardDeep);
-  ctx.fillStyle = enamel;
   ctx.fillRect(0, 0, width, height);
-  GROUNDS[ground](ctx, placeOn(geometry, board, look));
-  ctx.restore();
-}
-
-/**
- * Fades the picture's sides into the page's colour next to it.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {string} colour #rrggbb
- */
-function fadeSides(ctx, { width, height }, colour) {
+  SURROUNDINGS[ground](ctx, placeOn(sheet));
+  if (ground === "rays") return;
+  // The sides fade into the page's colour next to them.
   const fade = ctx.createLinearGradient(0, 0, width, 0);
   for (const [at, alpha] of [[0, "ff"], [0.07, "00"], [0.93, "00"], [1, "ff"]]) {
-    fade.addColorStop(Number(at), `${colour}${alpha}`);
+    fade.addColorStop(Number(at), `${shoulder}${alpha}`);
   }
   ctx.fillStyle = fade;
   ctx.fillRect(0, 0, width, height);
 }
 
+/** @param {Sheet} sheet */
+function placeOn({ geometry: { px, dropY, width, height }, board, look: { palette: colours, shapes, grounds } }) {
+  return { x: px(board.drop.x), y: dropY, width, height, colours, rays: shapes.rays, grounds };
+}
+
+/** @param {Sheet} sheet */
+function paintPlate(sheet) {
+  const { ctx, geometry: { width, height }, look: { palette: colours, ground } } = sheet;
+  ctx.save();
+  clipToField(sheet);
+  paintEnamel(ctx, colours, width, height);
+  GROUNDS[ground](ctx, placeOn(sheet));
+  ctx.restore();
+}
+
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
 
-/**
- * Clips to the part between the left and the right side walls, if the board has both.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- */
-function clipToField(ctx, { px, py, width, height }, board) {
+/** Clips to the part between the left and the right side walls, if the board has both. @param {Sheet} sheet */
+function clipToField({ ctx, geometry: { px, py, width, height }, board }) {
   const sides = sidesOf(board);
   const left = chain(board.walls.filter((_, number) => sides[number] < 0));
   const right = chain(board.walls.filter((_, number) => sides[number] > 0));
@@ -128,13 +95,9 @@ function chain(walls) {
 
 /**
  * Paints the slide along which a ball may start, or the numbered slots.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {number[]} slots
- * @param {Palette} colours
+ * @param {Sheet} sheet @param {number[]} slots
  */
-function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
+function paintHopper({ ctx, geometry: { px, dropY, scale }, board, look: { palette: colours } }, slots) {
   const radius = Math.max(board.ball.radius * scale, 5);
   ctx.lineCap = "round";
   if (slots.length) {
@@ -154,14 +117,8 @@ function paintHopper(ctx, { px, dropY, scale }, board, slots, colours) {
   stroke(ctx, px(x - span), dropY, px(x + span), dropY, 2 * radius + 6, colours.railShade);
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {Palette} colours
- * @param {PegShape} shape
- */
-function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
+/** @param {Sheet} sheet */
+function paintPegs({ ctx, geometry: { px, py, scale }, board, look: { palette: colours, shapes: { peg: shape } } }) {
   const { across, down, alpha } = shape.shadow;
   ctx.globalAlpha = alpha;
   ctx.fillStyle = colours.shadow;
@@ -175,14 +132,9 @@ function paintPegs(ctx, { px, py, scale }, board, colours, shape) {
   }
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {Palette} colours
- * @param {RailShape} railShape
- */
-function paintRails(ctx, { px, py, metre }, board, colours, { metres, least, shade }) {
+/** @param {Sheet} sheet */
+function paintRails({ ctx, geometry: { px, py, metre }, board, look: { palette: colours, shapes } }) {
+  const { metres, least, shade } = shapes.rail;
   const width = Math.max(least, metres * metre);
   ctx.lineCap = "round";
   const sides = sidesOf(board);
@@ -198,26 +150,25 @@ function paintRails(ctx, { px, py, metre }, board, colours, { metres, least, sha
 
 /**
  * Paints the bins with their multipliers, or with their prizes.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
- * @param {(score: number) => PayoutColour} payout
+ * @param {Pick<Sheet, "ctx" | "geometry" | "board"> & {look: Pick<Look, "payout">}} sheet
  */
-export function paintBins(ctx, geometry, board, payout) {
+export function paintBins({ ctx, geometry, board, look }) {
   const { multipliers } = board.bins;
   const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
   if (boxes.some(({ width }) => width <= 0)) return; // the canvas is not laid out yet, or too narrow
-  const colours = multipliers.map((pays, bin) => coloursOf(labelOf(board, bin), payout(pays)));
+  const colours = multipliers.map((pays, bin) => coloursOf(labelOf(board, bin), look.payout(pays)));
   boxes.forEach((box, bin) => {
     ctx.fillStyle = colours[bin].fill;
-    roundedBox(ctx, box.x, box.y, box.width, box.height, Math.min(8, 0.22 * box.width));
+    ctx.beginPath();
+    ctx.roundRect(box.x, box.y, box.width, box.height, Math.min(8, 0.22 * box.width));
+    ctx.fill();
   });
   if (board.bins.labels) {
     const texts = multipliers.map((pays, bin) => labelOf(board, bin)?.text ?? multiplier(pays));
     paintPrizes(ctx, texts.map((text, bin) => ({ text, colours: colours[bin] })), boxes, LABEL_FONT);
     return;
   }
-  const { size, texts, every } = labelsFor(ctx, geometry, board);
+  const { size, texts, every } = labelsFor(ctx, board, boxes);
   const first = Math.floor((multipliers.length - 1) / 2) % every;
   boxes.forEach((box, bin) => {
     const { ink } = colours[bin];
@@ -236,14 +187,10 @@ export function binBox({ px, binTop, binHeight }, board, bin) {
 /**
  * How the multipliers are lettered: in narrow bins without their "x", and in the narrowest ones, if all pay the same,
  * only in every n-th bin.
- * @param {CanvasRenderingContext2D} ctx
- * @param {Geometry} geometry
- * @param {Board} board
+ * @param {CanvasRenderingContext2D} ctx @param {Board} board @param {Box[]} boxes
  * @returns {{size: number, texts: string[], every: number}} size: CSS pixels
  */
-function labelsFor(ctx, geometry, board) {
-  const { multipliers } = board.bins;
-  const boxes = multipliers.map((_, bin) => binBox(geometry, board, bin));
+function labelsFor(ctx, { bins: { multipliers } }, boxes) {
   ctx.font = `700 100px ${LABEL_FONT}`;
   const fitting = (/** @type {string[]} */ texts) => Math.min(0.52 * boxes[0].height, 26, ...texts.map((text, bin) => (
     (FILLED * 100 * boxes[bin].width) / ctx.measureText(text).width)));
@@ -268,20 +215,6 @@ function paintLabel(ctx, { text, ink, size }, { x, y, width, height }) {
   ctx.textBaseline = "middle";
   ctx.fillStyle = ink;
   ctx.fillText(text, x + width / 2, y + height / 2 + 0.06 * size);
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {number} x
- * @param {number} y
- * @param {number} width
- * @param {number} height
- * @param {number} radius
- */
-function roundedBox(ctx, x, y, width, height, radius) {
-  ctx.beginPath();
-  ctx.roundRect(x, y, width, height, radius);
-  ctx.fill();
 }
 
 /**

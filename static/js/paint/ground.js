@@ -47,6 +47,18 @@ export const SURROUNDINGS = {
 };
 
 /**
+ * The plate's colour, darker towards the bottom.
+ * @param {CanvasRenderingContext2D} ctx @param {Palette} colours @param {number} width @param {number} height
+ */
+export function paintEnamel(ctx, { board, boardDeep }, width, height) {
+  const enamel = ctx.createLinearGradient(0, 0, 0, height);
+  enamel.addColorStop(0, board);
+  enamel.addColorStop(1, boardDeep);
+  ctx.fillStyle = enamel;
+  ctx.fillRect(0, 0, width, height);
+}
+
+/**
  * Visits evenly spread places, the same in each call: Roberts' R2 sequence.
  * @param {number} count @param {(x: number, y: number, i: number) => void} visit 0 … 1, 0 … 1
  */

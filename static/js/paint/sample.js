@@ -1,7 +1,7 @@
 // Paints a small sample of a table's look: its backdrop, some pegs and a ball.
 
 import { makeSprite, paintBall } from "./ball.js";
-import { GROUNDS } from "./ground.js";
+import { GROUNDS, paintEnamel } from "./ground.js";
 import { paintPeg } from "./peg.js";
 import { disc } from "../util/canvas.js";
 
@@ -18,11 +18,7 @@ const BALL = { x: 0.5, y: 0.24, radius: 0.1, angle: 0.7 };
  * @param {Look} look
  */
 export function paintSample(ctx, { width, height }, density, { palette: colours, shapes, ground, grounds }) {
-  const enamel = ctx.createLinearGradient(0, 0, 0, height);
-  enamel.addColorStop(0, colours.board);
-  enamel.addColorStop(1, colours.boardDeep);
-  ctx.fillStyle = enamel;
-  ctx.fillRect(0, 0, width, height);
+  paintEnamel(ctx, colours, width, height);
   ctx.save();
   GROUNDS[ground](ctx, { x: width / 2, y: 0, width, height, colours, rays: shapes.rays, grounds });
   ctx.restore();

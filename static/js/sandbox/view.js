@@ -2,6 +2,7 @@
 
 import { announceShape, StageFit } from "../board/stage-fit.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
+import { paintEnamel } from "../paint/ground.js";
 import { shaded } from "../paint/stamps.js";
 import { contextOf, disc } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
@@ -119,11 +120,7 @@ export class SandboxView {
   /** @param {CanvasRenderingContext2D} ctx */
   #paintBackground(ctx) {
     const { palette } = this.theme;
-    const enamel = ctx.createLinearGradient(0, 0, 0, this.#height);
-    enamel.addColorStop(0, palette.board);
-    enamel.addColorStop(1, palette.boardDeep);
-    ctx.fillStyle = enamel;
-    ctx.fillRect(0, 0, this.#width, this.#height);
+    paintEnamel(ctx, palette, this.#width, this.#height);
     // A metre grid, so that speeds and sizes can be judged.
     ctx.fillStyle = palette.ray;
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;

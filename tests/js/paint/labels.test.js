@@ -15,7 +15,7 @@ function written(board, width) {
     measureText: (text) => ({ width: 0.6 * parseFloat(ctx.font.split(" ")[1]) * text.length }),
     fillText: (text) => texts.push([text, parseFloat(ctx.font.split(" ")[1])]),
   };
-  paintBins(ctx, layOut(board, width), board, () => ({ fill: "", ink: "" }));
+  paintBins({ ctx, geometry: layOut(board, width), board, look: { payout: () => ({ fill: "", ink: "" }) } });
   return texts;
 }
 
