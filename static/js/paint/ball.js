@@ -37,59 +37,33 @@ export function makeSprite(radius, density, colours, shape) {
   const side = Math.ceil(2 * (1 + MARGIN) * radius * density + 2);
   const half = side / density / 2;
   const ctx = sheetContext(HALF_TURN_STEPS * side, side);
-  const gloss = glossOf(ctx, radius, colours, shape);
+  // The body turns under its light, so the gloss is the same at every angle.
+  const { x, y, radius: bright } = shape.highlight;
+  const gloss = ctx.createRadialGradient(x * radius, y * radius, bright * radius, 0, 0, radius);
+  for (const { at, colour, alpha: part } of shape.gloss) {
+    const alpha = Math.round(255 * part).toString(16).padStart(2, "0");
+    gloss.addColorStop(at, colours[/** @type {"light" | "dark"} */ (colour)] + alpha);
+  }
   const { across, down, alpha } = shape.shadow;
+  const band = Math.asin(shape.band);
   for (let step = 0; step < HALF_TURN_STEPS; step += 1) {
     ctx.setTransform(density, 0, 0, density, (step + 0.5) * side, side / 2);
     ctx.globalAlpha = alpha;
     ctx.fillStyle = colours.shadow;
     disc(ctx, across * radius, down * radius, radius);
     ctx.globalAlpha = 1;
-    paintBody(ctx, radius, (step * Math.PI) / HALF_TURN_STEPS, colours, shape.band);
+    ctx.fillStyle = colours.body;
+    disc(ctx, 0, 0, radius);
+    ctx.fillStyle = colours.band;
+    ctx.beginPath();
+    for (const angle of [0, Math.PI].map((half) => half + (step * Math.PI) / HALF_TURN_STEPS)) {
+      ctx.arc(0, 0, radius, angle - band, angle + band);
+    }
+    ctx.fill();
     ctx.fillStyle = gloss;
     disc(ctx, 0, 0, radius);
   }
   return { sheet: ctx.canvas.transferToImageBitmap(), half, side };
-}
-
-/**
- * The body turns under its light, so the gloss is the same at every angle.
- * @param {OffscreenCanvasRenderingContext2D} ctx
- * @param {number} radius
- * @param {BallColours} colours
- * @param {BallShape} ballShape
- */
-function glossOf(ctx, radius, colours, { highlight, gloss: stops }) {
-  const gloss = ctx.createRadialGradient(
-    highlight.x * radius, highlight.y * radius, highlight.radius * radius, 0, 0, radius,
-  );
-  for (const { at, colour, alpha } of stops) {
-    gloss.addColorStop(at, colours[/** @type {"light" | "dark"} */ (colour)] + hexByte(alpha));
-  }
-  return gloss;
-}
-
-/** 0 … 1 as the last two digits of #rrggbbaa. @param {number} part */
-function hexByte(part) {
-  return Math.round(255 * part).toString(16).padStart(2, "0");
-}
-
-/**
- * @param {OffscreenCanvasRenderingContext2D} ctx
- * @param {number} radius
- * @param {number} angle
- * @param {BallColours} ballColours
- * @param {number} half
- */
-function paintBody(ctx, radius, angle, { body, band }, half) {
-  ctx.fillStyle = body;
-  disc(ctx, 0, 0, radius);
-  const reach = Math.asin(half);
-  ctx.fillStyle = band;
-  ctx.beginPath();
-  ctx.arc(0, 0, radius, angle - reach, angle + reach);
-  ctx.arc(0, 0, radius, angle + Math.PI - reach, angle + Math.PI + reach);
-  ctx.fill();
 }
 
 /**
@@ -254,26 +228,19 @@ export function paintPaid(ctx, x, y, size, text, age, colour, shadow) {
   const width = ctx.measureText(text).width + 0.9 * size;
   const height = 1.4 * size;
   const alpha = Math.min(1, 4 * (1 - age));
+  /** @param {number} across @param {number} down */
+  const ticket = (across, down) => {
+    ctx.beginPath();
+    ctx.roundRect(x - width / 2 + across, y - height / 2 + down, width, height, 0.3 * height);
+    ctx.fill();
+  };
   ctx.globalAlpha = 0.5 * alpha;
   ctx.fillStyle = shadow;
-  ticket(ctx, x + 1, y + 3, width, height);
+  ticket(1, 3);
   ctx.globalAlpha = alpha;
   ctx.fillStyle = colour.fill;
-  ticket(ctx, x, y, width, height);
+  ticket(0, 0);
   ctx.fillStyle = colour.ink;
   ctx.fillText(text, x, y + 0.06 * size);
   ctx.globalAlpha = 1;
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {number} x
- * @param {number} y
- * @param {number} width
- * @param {number} height
- */
-function ticket(ctx, x, y, width, height) {
-  ctx.beginPath();
-  ctx.roundRect(x - width / 2, y - height / 2, width, height, 0.3 * height);
-  ctx.fill();
 }

@@ -3,6 +3,7 @@
 import { announceShape, StageFit } from "../board/stage-fit.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
 import { paintEnamel } from "../paint/ground.js";
+import { paintRing } from "../paint/marks.js";
 import { shaded } from "../paint/stamps.js";
 import { contextOf, disc } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
@@ -169,7 +170,10 @@ export class SandboxView {
     ctx.setTransform(density, 0, 0, density, 0, 0);
     ctx.clearRect(0, 0, this.#width, this.#height);
     for (const ball of balls) this.#paintBall(ctx, ball);
-    for (const ball of balls) if (ball.id === aim.chosen) this.#ring(ctx, ball);
+    const ring = { colour: this.theme.palette.flash, width: 2 };
+    for (const { id, x, y, radius } of balls) {
+      if (id === aim.chosen) paintRing(ctx, this.px(x), this.py(y), radius * this.scale + 3, ring);
+    }
     if (aim.sling) this.#arrow(ctx, aim.sling);
     if (aim.crossShown) this.#cross(ctx, aim.cross);
   }
@@ -206,15 +210,6 @@ export class SandboxView {
       this.#sprites.set(key, found);
     }
     return found;
-  }
-
-  /** @param {CanvasRenderingContext2D} ctx @param {Seen} seen */
-  #ring(ctx, { x, y, radius }) {
-    ctx.strokeStyle = this.theme.palette.flash;
-    ctx.lineWidth = 2;
-    ctx.beginPath();
-    ctx.arc(this.px(x), this.py(y), radius * this.scale + 3, 0, 2 * Math.PI);
-    ctx.stroke();
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {Sling} sling */
