@@ -1,8 +1,9 @@
 // Code that the pages about drops share: start-up, failures, links, and the form for another drop.
 
-import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
+import { MAIN_BOARD, MAIN_ROOM, readBoardName, WORLDS } from "../model/presets.js";
 import { Visited } from "../model/player/visited.js";
 import { readSeed } from "../model/seed.js";
+import { worldWords } from "../model/worlds.js";
 import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
 import { dropSearch } from "../net/drop-address.js";
@@ -12,7 +13,6 @@ import { byId, make, say } from "../util/dom.js";
 import { decimalOf, noNumber } from "../util/number-text.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
-import { boardOptions } from "./board-options.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { BoardList } from "../net/replies.js" */
@@ -50,6 +50,21 @@ export function showState(state, text) {
 function tableLink(board) {
   const room = new Visited(local).room || (readBoardName(board) ? board : MAIN_ROOM);
   return room === MAIN_ROOM ? "./" : `./?${new URLSearchParams({ room })}`;
+}
+
+/**
+ * The options of a list of boards: those of the house table first, then a group for each world.
+ * @param {{value: string, name: string, world: string | null}[]} boards
+ * @returns {HTMLElement[]} options and groups of options
+ */
+export function boardOptions(boards) {
+  const [, ...away] = WORLDS;
+  const of = (/** @type {(world: string | null) => boolean} */ fits) =>
+    boards.filter(({ world }) => fits(world)).map(({ value, name }) => make("option", { value }, name));
+  return [
+    ...of((world) => world === null || !away.includes(world)),
+    ...away.map((name) => make("optgroup", { label: worldWords(name) }, ...of((world) => world === name))),
+  ];
 }
 
 /**

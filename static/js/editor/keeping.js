@@ -1,6 +1,6 @@
 // The editor's panel "Share and keep": link, file, registration, a room to play in, a preset to start from.
 
-import { boardOptions } from "../board/board-options.js";
+import { boardOptions } from "../board/page.js";
 import { ApiError, getJson, postJson } from "../net/api.js";
 import { packBoard } from "../net/board-link.js";
 import { JsonError, readJson, textOfFile } from "../solver/input/json-text.js";

@@ -186,7 +186,7 @@ export class SandboxRoom {
     if (event.type === "hello") this.#greeted(event);
     else if (event.type === "error") {
       if (event.code !== ROOM_MOVED) this.listener.onError(event.detail);
-    } else if (event.type === "halted") this.listener.onError(haltedWords(event.halted));
+    } else if (event.type === "halted") this.listener.onError(t(event.halted ? "box.halted" : "play.resumed"));
     else if (event.type === "notice") this.listener.onError(event.leaving ? t("play.leaving") : event.text ?? "");
     else this.#happened(event);
   }
@@ -300,11 +300,4 @@ function made({ radius, density, restitution, friction }) {
 function inside(value, one, other) {
   const slack = 0.02 + 0.5 * Math.abs(one - other);
   return value >= Math.min(one, other) - slack && value <= Math.max(one, other) + slack;
-}
-
-/** @param {boolean} halted whether the operator has halted the room */
-function haltedWords(halted) {
-  return halted
-    ? t("box.halted")
-    : t("play.resumed");
 }

@@ -3,7 +3,7 @@
 import { announceShape, StageFit } from "../board/stage-fit.js";
 import { makeSprite, paintBall } from "../paint/ball.js";
 import { paintEnamel } from "../paint/ground.js";
-import { paintRing } from "../paint/marks.js";
+import { paintArrow, paintRing } from "../paint/marks.js";
 import { shaded } from "../paint/stamps.js";
 import { contextOf, disc } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
@@ -220,18 +220,9 @@ export class SandboxView {
     ctx.fillStyle = palette.ball;
     disc(ctx, fromX, fromY, radius * this.scale);
     ctx.globalAlpha = 1;
-    const length = Math.hypot(tipX - fromX, tipY - fromY);
-    if (length < 6) return;
-    const [ux, uy] = [(tipX - fromX) / length, (tipY - fromY) / length];
-    ctx.strokeStyle = palette.flash;
-    ctx.lineWidth = 3;
-    ctx.beginPath();
-    ctx.moveTo(fromX, fromY);
-    ctx.lineTo(tipX, tipY);
-    ctx.moveTo(tipX - 12 * ux - 7 * uy, tipY - 12 * uy + 7 * ux);
-    ctx.lineTo(tipX, tipY);
-    ctx.lineTo(tipX - 12 * ux + 7 * uy, tipY - 12 * uy - 7 * ux);
-    ctx.stroke();
+    const by = { x: tipX - fromX, y: tipY - fromY };
+    if (Math.hypot(by.x, by.y) < 6) return;
+    paintArrow(ctx, { x: fromX, y: fromY }, by, { colour: palette.flash, rim: palette.railShade, width: 4 });
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {Point} point */
