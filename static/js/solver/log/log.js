@@ -5,6 +5,7 @@ import { Bytes } from "../encoding/bytes.js";
 import { boardDigest, PHYSICS_VERSION } from "../digest.js";
 import { RecordError } from "../errors.js";
 import { sha256 } from "../encoding/sha256.js";
+import { canonical } from "./canonical.js";
 import { ENTRY, ENTRY_OPTIONAL, NEEDED, OPTIONAL, RESULT, UNCOVERED } from "./fields.js";
 import { worldDigest } from "./world.js";
 
@@ -164,16 +165,4 @@ function logDigest(log) {
   const out = new Bytes();
   for (const line of [Object.fromEntries(head), ...drops.map(covered)]) out.text(`${canonical(line)}\n`);
   return sha256(out.written);
-}
-
-/**
- * Canonical JSON (RFC 8785), the text that digests cover, with whole numbers of any size exact.
- * @param {unknown} value of JSON @returns {string}
- */
-function canonical(value) {
-  if (typeof value === "bigint") return String(value);
-  if (Array.isArray(value)) return `[${value.map(canonical).join(",")}]`;
-  if (typeof value !== "object" || value === null) return JSON.stringify(value);
-  const members = Object.entries(value).sort(([one], [other]) => (one < other ? -1 : 1));
-  return `{${members.map(([name, part]) => `${JSON.stringify(name)}:${canonical(part)}`).join(",")}}`;
 }
