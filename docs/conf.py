@@ -27,7 +27,9 @@ DRAWN = {
     "python-reference": reference.text,
     "server": settings.table,
 }
-"""By page, what the site shows at its line `<!-- drawn on the site -->`."""
+"""By page, what the site shows at its line MARK."""
+
+MARK = "<!-- drawn on the site -->"
 
 project = "Plinko"
 author = "The Plinko server authors"
@@ -68,8 +70,10 @@ def _formula(writer: HTML5Translator, node: nodes.math_block) -> None:
 
 
 def _draw(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Draw what is data in the repository: tables, settings, the Python reference."""
     if page in DRAWN:
-        source[0] = source[0].replace("<!-- drawn on the site -->", DRAWN[page]())
+        before, after = source[0].split(MARK)  # fails if the page lost its line
+        source[0] = before + DRAWN[page]() + after
     source[0] = pages.drawn(source[0], recorded.DOCS)
     source[0] = re.sub(r"\]\(measured/([\w-]+)\.json\)", r"](measured.md#\1)", source[0])
 
