@@ -19,7 +19,7 @@ const texts = new Map(
 function importsOf(path) {
   const found = [];
   const form = /(?:^import|@import|^export)\s+\{([^}]*)\}\s+from\s+"(\.[^"]+)"/gm;
-  const later = /\bimport\("(\.[^"]+)"\)/g;
+  const later = /(?<!typeof )\bimport\("(\.[^"]+)"\)/g;
   const targetOf = (from) => new URL(from, new URL(path, ROOT)).href.slice(ROOT.href.length);
   for (const [, names, from] of texts.get(path).matchAll(form)) {
     const list = names.split(",").map((name) => name.trim().split(/\s+as\s+/)[0]);

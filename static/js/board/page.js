@@ -8,8 +8,9 @@ import { ApiError, getJson, messageOf } from "../net/api.js";
 import { LinkError } from "../net/board-link.js";
 import { dropSearch } from "../net/drop-address.js";
 import { Theme } from "../paint/theme.js";
-import { t } from "../texts/text.js";
+import { number, t } from "../texts/text.js";
 import { byId, make, say } from "../util/dom.js";
+import { pause } from "../util/frame-loop.js";
 import { decimalOf, noNumber } from "../util/number-text.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
@@ -28,7 +29,10 @@ export const DEFAULT_SEED = "42";
 export async function openPage(open) {
   keepOffline();
   try {
-    await open(await Theme.load());
+    const loading = Theme.load();
+    await pause();
+    number(0); // loads how the language writes numbers, which takes long
+    await open(await loading);
   } catch (error) {
     showState("failed", t("page.failed"));
     byId("result").textContent = messageOf(error);

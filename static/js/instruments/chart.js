@@ -41,6 +41,8 @@ export class Chart {
   #plot = null;
   /** @type {number | null} */
   #mark = null;
+  /** Measured once for each size, as measuring makes the browser lay the page out. @type {Size | null} */
+  #measured = null;
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -50,7 +52,10 @@ export class Chart {
   constructor(canvas, theme, onPick) {
     this.canvas = canvas;
     this.theme = theme;
-    new ResizeObserver(() => this.#draw()).observe(canvas);
+    new ResizeObserver(() => {
+      this.#measured = null;
+      this.#draw();
+    }).observe(canvas);
     theme.onChange(() => this.#draw());
     if (onPick) this.#followPointer(onPick);
   }
@@ -69,7 +74,13 @@ export class Chart {
   }
 
   /** @returns {Size} */
-  #size() {
+  get #size() {
+    this.#measured ??= this.#measure();
+    return this.#measured;
+  }
+
+  /** @returns {Size} */
+  #measure() {
     // The text scales with the page's text size.
     const font = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
     const { left, right, top, bottom } = MARGIN;
@@ -78,7 +89,7 @@ export class Chart {
   }
 
   #draw() {
-    const size = this.#size();
+    const size = this.#size;
     if (!this.#plot || size.width === 0) return;
     const sheet = {
       ctx: fitted(this.canvas, size), palette: this.theme.palette, ...size, ...scales(size, this.#plot),
@@ -103,7 +114,7 @@ export class Chart {
       if (!this.#plot) return;
       const box = this.canvas.getBoundingClientRect();
       const { from, to } = this.#plot.x;
-      const x = scales(this.#size(), this.#plot).x(event.clientX - box.left);
+      const x = scales(this.#size, this.#plot).x(event.clientX - box.left);
       onPick(Math.min(to, Math.max(from, x)));
     };
     this.canvas.addEventListener("pointerdown", (event) => {

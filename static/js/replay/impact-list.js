@@ -38,6 +38,8 @@ export class ImpactList {
     this.rows = this.impacts.map((impact, i) => this.#row(impact, i));
     byId("impacts").replaceChildren(...this.rows.map(({ row }) => row));
     onClick("save-table", () => this.#save());
+    this.door = byId("curious", HTMLDetailsElement);
+    this.door.addEventListener("toggle", () => this.#scroll());
     this.choose(-1);
   }
 
@@ -47,8 +49,14 @@ export class ImpactList {
     if (this.#now >= 0) delete this.rows[this.#now].row.dataset.now;
     this.#now = index;
     if (index < 0) return;
-    const { row } = this.rows[index];
-    row.dataset.now = "true";
+    this.rows[index].row.dataset.now = "true";
+    this.#scroll();
+  }
+
+  /** Behind the closed door nothing is scrolled: the browser would lay out all rows. */
+  #scroll() {
+    if (this.#now < 0 || !this.door.open) return;
+    const { row } = this.rows[this.#now];
     const table = parentOf(parentOf(row));
     const box = parentOf(table);
     const head = table.querySelector("thead")?.offsetHeight ?? 0;

@@ -10,7 +10,7 @@ import { prizeOf } from "../paint/prizes.js";
 import { t } from "../texts/text.js";
 import { byId, fieldOf, fillFacts, inputOf, onClick, onSubmit } from "../util/dom.js";
 import { metric, multiplier, seconds } from "../util/format.js";
-import { FrameLoop } from "../util/frame-loop.js";
+import { FrameLoop, pause } from "../util/frame-loop.js";
 import { figure } from "../util/scale.js";
 import { offerFileCheck, offerVerify } from "./checks.js";
 import { CloseUp, paintImpact } from "./closeup.js";
@@ -48,8 +48,7 @@ class ReplayPage {
     this.withCloseUp = byId("with-closeup", HTMLInputElement);
     this.withHeight = byId("with-height", HTMLInputElement);
     this.withCloseUp.addEventListener("change", wake);
-    this.withHeight.addEventListener("change", () => this.#plotEnergy());
-    this.#plotEnergy();
+    this.withHeight.addEventListener("change", () => this.plotEnergy());
     byId("energy").setAttribute("aria-label", describeEnergy(motion));
     offerVerify(replay, this.list);
     onClick("certify", () => prove([drop], byId("verdict"), "replay.certifying", ([proof]) => (
@@ -95,7 +94,7 @@ class ReplayPage {
     return transport.playing;
   }
 
-  #plotEnergy() {
+  plotEnergy() {
     this.energy.set(energyPlot(this.replay.motion, this.withHeight.checked));
   }
 
@@ -264,7 +263,11 @@ openPage(async (theme) => {
     await compare(theme, board, drop, search);
   } else {
     const replay = await Replay.load(board, drop);
+    await pause();
     const page = new ReplayPage(theme, replay, drop);
+    await pause();
+    page.plotEnergy();
+    await pause();
     showRecord(replay, drop);
     offerShare(drop, window.location.hash);
     page.begin(search.has("guess"));
