@@ -1,4 +1,7 @@
-"""Single flight: callers that ask for the same work while it runs share one run."""
+"""How tasks share work: callers that ask for the same work while it runs share one run.
+
+SingleFlight is that; a Signal wakes all who wait; `to_the_end` lets work outlive its caller.
+"""
 
 import asyncio
 import logging

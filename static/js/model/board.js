@@ -62,7 +62,7 @@ export function allowedAim(board, slots, x) {
 /**
  * Which walls are the board's sides: the rails of a side are painted outside of it. A side is a chain of
  * walls with common ends that leads down to an outer end of the bins, or past it.
- * app/render/parts/sides.py does the same for pictures.
+ * app/render/parts/board.py does the same for pictures.
  * @param {Pick<Board, "walls" | "bins" | "ball" | "drop">} board
  * @returns {number[]} for each wall: -1 on the left side, 1 on the right side, 0 inside the board
  */
