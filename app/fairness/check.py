@@ -68,7 +68,6 @@ class Verdict:
 
     @property
     def failed(self) -> list[Step]:
-        """The steps that failed."""
         return [step for step in self.steps if not step.ok]
 
 

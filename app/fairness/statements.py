@@ -79,7 +79,6 @@ class Receipt(_Statement):
     time: Count
 
     def leaf(self) -> bytes:
-        """The bytes of the leaf."""
         return canonical(self.to_dict())
 
 

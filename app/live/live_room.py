@@ -128,7 +128,6 @@ class LiveRoom(ABC):
         self._runner.wake(self)
 
     def _new_queue(self) -> RoomQueue:
-        """The queue of the current room run."""
         record = self._persistence.runs.of(self.room)
         return RoomQueue(
             self._persistence.ledger,

@@ -81,7 +81,6 @@ class RoomQueue:
 
     @property
     def waiting(self) -> int:
-        """Number of waiting balls."""
         return sum(left for _, left in self.items)
 
     @property
@@ -95,7 +94,6 @@ class RoomQueue:
 
     @property
     def event(self) -> messages.QueueState:
-        """The event that shows the queue to clients."""
         shown = [
             messages.QueueItem(number=item.number, left=left, **item.tag.fields)
             for item, left in self.items[:_SHOWN]

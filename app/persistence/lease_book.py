@@ -62,12 +62,10 @@ class LeaseBook:
         return list(self._entries)
 
     def of(self, room_id: str) -> Lease | None:
-        """This server's lease of a room, or None."""
         entry = self.entry(room_id)
         return None if entry is None else entry.lease
 
     def entry(self, room_id: str) -> Entry | None:
-        """The entry of this server's lease of a room, or None."""
         return self._entries.get(room_id)
 
     def add(self, lease: Lease, lost: Callable[[str], None]) -> None:
@@ -85,7 +83,6 @@ class LeaseBook:
         return entry.lease
 
     def note(self, run: int, room_id: str) -> None:
-        """Note that the run of this number is one of this room."""
         entry = self.entry(room_id)
         if entry is not None:
             entry.runs.add(run)

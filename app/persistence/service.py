@@ -55,7 +55,6 @@ class PersistenceService:
         return self.runs.now()
 
     def clock_of(self, room: Room) -> RunClock:
-        """The clock of a table's current run."""
         return self.runs.of(room).clock
 
     # The begin and end of runs.

@@ -240,12 +240,10 @@ class Cameras:
 
     @property
     def running(self) -> int:
-        """Number of cameras."""
         return len(self._cameras)
 
     @property
     def viewers(self) -> int:
-        """Number of viewers of all cameras."""
         return sum(camera.viewers.total() for camera, _ in self._cameras.values())
 
     @property
@@ -254,7 +252,6 @@ class Cameras:
         return self.frames + sum(camera.frames for camera, _ in self._cameras.values())
 
     def films(self, room_id: str) -> bool:
-        """Whether this room has a camera."""
         return any(shot.room == room_id for shot in self._cameras)
 
     async def open(self, room: Room, shot: Shot, address: str = "") -> tuple[Camera, int, bytes]:

@@ -75,7 +75,6 @@ def moment_of(room: Room) -> str:
 
 
 def pixels_of(room: Room, width: int) -> int:
-    """Number of pixels of a frame."""
     box = room.box
     if box is not None:
         view = lay_out_place(box.place, width, named("light"))

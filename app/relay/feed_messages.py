@@ -63,7 +63,6 @@ def payload_of(wire: bytes) -> bytes:
 
 
 def kind_of(payload: bytes) -> int:
-    """HELLO or EVENTS."""
     return HELLO if payload.startswith(_HELLO_BEGINS) else EVENTS
 
 

@@ -285,7 +285,6 @@ class IndependentRoom(Room):
         return wanted
 
     def path(self, ball: int) -> Path:
-        """The path of a ball in flight."""
         path = self._paths.get(ball)
         if path is None:
             fact, flight = self._flying[ball]

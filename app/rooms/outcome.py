@@ -30,7 +30,6 @@ def signed(row: ReceiptRow) -> messages.SignedReceipt:
 
 
 def accepted_of(board: Board, fact: DropRow, receipt: ReceiptRow | None) -> messages.Accepted:
-    """The event that announces a fact."""
     return messages.Accepted(
         ball=fact.ball,
         seed=str(fact.seed),
@@ -67,7 +66,6 @@ def void_of(drop: DropRow | OpenDrop, tick: int, why: str) -> ResultRow:
 
 
 def landed_of(board: Board, fact: DropRow, result: ResultRow) -> messages.Landed:
-    """The event that announces a result."""
     return messages.Landed(
         ball=fact.ball,
         seed=str(fact.seed),

@@ -46,7 +46,6 @@ class StepThreads:
         self._asked[room_id].add_done_callback(computed)
 
     def forget(self, room_id: str) -> None:
-        """Cancel the request of a room, if any."""
         asked = self._asked.pop(room_id, None)
         if asked is not None:
             asked.cancel()

@@ -287,7 +287,6 @@ class CommitQueue:
 
 
 def _refuse(jobs: Iterable[Job]) -> list[Job]:
-    """Refuse and return the open jobs."""
     refused = [job for job in jobs if job.fate is Fate.OPEN]
     for job in refused:
         job.fate = Fate.REFUSED

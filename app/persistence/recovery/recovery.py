@@ -274,7 +274,6 @@ def load_table(room: IndependentRoom, state: TableState, tick: int) -> list[Resu
 def _run_and_basis(
     connection: Connection, find: Callable[..., RoomRow | None], **chosen: object
 ) -> tuple[RoomRow, StoredBasis] | None:
-    """A room's run with its board and draw."""
     row = find(connection, **chosen)
     return None if row is None else (row, store.basis(connection, row.board, row.draw))
 

@@ -175,7 +175,6 @@ def _first_node(log: int, level: int) -> int:
 
 
 def receipt_of(leaf: LogLeaf) -> ReceiptRow:
-    """The row of a leaf that has been added."""
     row = _row(leaf)
     del row["time"]
     return ReceiptRow(**row, receipt=canonical(leaf.receipt).decode())
@@ -201,7 +200,6 @@ def _frontier(count: int) -> list[merkle.Node]:
 
 
 def nodes(connection: Connection, log: int, wanted: Iterable[merkle.Node]) -> Nodes:
-    """These nodes of a log."""
     node, found = tables.log_nodes.c, Nodes()
     asked = [(level, number + _first_node(log, level)) for level, number in wanted]
     for begin in range(0, len(asked), _AT_ONCE):

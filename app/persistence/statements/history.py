@@ -52,7 +52,6 @@ class KeyRow:
 
 
 def restores(connection: Connection) -> list[RestoreRow]:
-    """All restores, the first one first."""
     chosen = select(tables.restores).order_by(tables.restores.c.number)
     return [RestoreRow(**row) for row in connection.execute(chosen).mappings()]
 
@@ -62,7 +61,6 @@ def add_restore(connection: Connection, row: RestoreRow) -> None:
 
 
 def log_number(connection: Connection) -> int:
-    """The number of the current log."""
     return int(connection.scalar(select(func.max(tables.restores.c.number))) or 0)
 
 
@@ -98,5 +96,4 @@ def forget_keys(connection: Connection, name: str) -> None:
 
 
 def next_key(connection: Connection) -> int:
-    """The number of the next key."""
     return int(connection.scalar(select(func.max(tables.keys.c.number))) or 0) + 1

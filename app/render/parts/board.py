@@ -66,7 +66,6 @@ def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.ui
 
 
 def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:
-    """A new canvas with the board on it."""
     return Canvas(_painted(board, view, theme_name).astype(np.float32))
 
 

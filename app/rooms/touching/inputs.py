@@ -1,7 +1,8 @@
 """The validated inputs of a room of touching balls, as the ledger and the log write them.
 
-The fields are in the order of the ledger's JSON. UNSET stands for a field that the client did not
-give. Units are those of `plinko.app.rooms.touching.values`.
+touching_messages.py says what each of them does. The fields are in the order of the ledger's JSON.
+UNSET stands for a field that the client did not give. Units are those of
+`plinko.app.rooms.touching.values`.
 """
 
 from collections.abc import Mapping
@@ -46,8 +47,6 @@ class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
 
 
 class Add(_Input, frozen=True, kw_only=True, tag="add"):
-    """Add a ball, at rest or thrown."""
-
     density: float
     restitution: float
     friction: float
@@ -60,8 +59,6 @@ class Add(_Input, frozen=True, kw_only=True, tag="add"):
 
 
 class Kick(_Input, frozen=True, kw_only=True, tag="kick"):
-    """Add to a ball's velocity and spin."""
-
     ball: int
     vx: _Number = msgspec.UNSET
     vy: _Number = msgspec.UNSET
@@ -69,22 +66,16 @@ class Kick(_Input, frozen=True, kw_only=True, tag="kick"):
 
 
 class Drag(_Input, frozen=True, kw_only=True, tag="drag"):
-    """Grab a ball and pull it to this place."""
-
     ball: int
     x: float
     y: float
 
 
 class Release(_Input, frozen=True, kw_only=True, tag="release"):
-    """Release a grabbed ball."""
-
     ball: int
 
 
 class Remove(_Input, frozen=True, kw_only=True, tag="remove"):
-    """Remove a ball."""
-
     ball: int
 
 
@@ -93,8 +84,6 @@ class Clear(_Input, frozen=True, kw_only=True, tag="clear"):
 
 
 class Edit(_Input, frozen=True, kw_only=True, tag="edit"):
-    """Change a ball's size or material."""
-
     ball: int
     radius: _Number = msgspec.UNSET
     density: _Number = msgspec.UNSET
@@ -103,8 +92,6 @@ class Edit(_Input, frozen=True, kw_only=True, tag="edit"):
 
 
 class Configure(_Input, frozen=True, kw_only=True, tag="settings"):
-    """Change the room's settings, and the material of all balls."""
-
     gravity: _Number = msgspec.UNSET
     drag: _Number = msgspec.UNSET
     damping: _Number = msgspec.UNSET
@@ -117,8 +104,6 @@ class Configure(_Input, frozen=True, kw_only=True, tag="settings"):
 
 
 class Pause(_Input, frozen=True, kw_only=True, tag="pause"):
-    """Stop or start the clock."""
-
     paused: bool
 
 
@@ -127,8 +112,6 @@ class Step(_Input, frozen=True, kw_only=True, tag="step"):
 
 
 class Reset(_Input, frozen=True, kw_only=True, tag="reset"):
-    """Restart the room, with another scene if one is given."""
-
     restarts: ClassVar[bool] = True
     scene: dict[str, object] | msgspec.UnsetType = msgspec.UNSET
 
@@ -173,7 +156,6 @@ class ChangeFormat(InputFormat[InputRow]):
         pending: PendingInput[TouchingCommand],
         key: IdempotencyKey | None = None,
     ) -> NewInput:
-        """The write of a planned input."""
         data = msgspec.json.encode(pending.command.input).decode()
         return NewInput(run, pending.tick, data, pending.command.who, key)
 

@@ -381,7 +381,6 @@ class TouchingRoom(Room):
 
     @property
     def _usual_ball(self) -> dict[str, float]:
-        """The defaults of an added ball."""
         ground = self.ground
         radius = ground.radius if isinstance(ground, Scene) else ground.ball.radius
         return {**self.table.made_of, "radius": radius}

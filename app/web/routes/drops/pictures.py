@@ -127,7 +127,6 @@ async def _reply(
 
 
 def pixels_of(board: Board, width: int) -> int:
-    """The number of pixels of a board's picture."""
     view = lay_out(board, width)
     return view.width * view.height
 
