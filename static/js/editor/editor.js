@@ -4,14 +4,14 @@ import { showState } from "../board/page.js";
 import { t } from "../texts/text.js";
 import { byId, isWithin, radioValue } from "../util/dom.js";
 import { withFullStop } from "../util/format.js";
-import { BoardCheck } from "./check.js";
+import { judge } from "./check.js";
 import { describeRef, EMPTY, holds, refsInProblem, refsOf, written } from "./draft/draft.js";
 import { duplicated, placeOf, without } from "./draft/element.js";
 import { groupOf, membersOf, sameElement } from "./draft/group.js";
 import { EditHistory } from "./draft/history.js";
 import { Keeping } from "./keeping.js";
 import { NumberFields } from "./number-fields.js";
-import { PayoutSolver } from "./payouts.js";
+import { offerPayouts } from "./payouts.js";
 import { PointerController } from "./pointer.js";
 import { BOARD_ROWS, nameOf, rowsOf } from "./rows.js";
 import { TestDrops } from "./test-drops.js";
@@ -23,6 +23,8 @@ import { EditorView } from "./view.js";
 /** @import { ElementRef, Ref } from "./draft/element.js" */
 /** @import { Bench, Command } from "./pointer.js" */
 
+const PAUSE_MS = 250; // without a change before the server is asked
+
 export class Editor {
   /** @type {Ref | null} */
   selected = null;
@@ -30,6 +32,7 @@ export class Editor {
   problems = [];
   /** @type {Extract<Verdict, {ok: false}> | null} */
   #problem = null;
+  #timer = 0;
 
   /** @param {Theme} theme */
   constructor(theme) {
@@ -40,11 +43,8 @@ export class Editor {
       this.#mark();
     });
     this.test = new TestDrops(theme, board, (text) => this.#say(text));
-    this.payouts = new PayoutSolver(
-      board, (solved) => this.#change(solved, this.selected), (text) => this.#say(text),
-    );
+    offerPayouts(board, (solved) => this.#change(solved, this.selected), (text) => this.#say(text));
     this.keeping = new Keeping(board, (other, said) => this.open(other, said));
-    this.check = new BoardCheck((verdict, board) => this.#judged(verdict, board));
     this.name = byId("name", HTMLInputElement);
     this.boardFields = new NumberFields(byId("board-fields"), (path, value) => this.#write(path, value));
     this.fields = new NumberFields(byId("selected-fields"), (path, value) => this.#write(path, value));
@@ -126,8 +126,17 @@ export class Editor {
     this.#mark();
     this.test.reset();
     document.documentElement.dataset.check = "asked"; // the verdict that is shown is about the previous board
-    this.check.ask(board);
+    this.#ask(board);
     this.keeping.keepInAddress(board);
+  }
+
+  /** Has the server check the board a moment after its last change. @param {Board} board */
+  #ask(board) {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(async () => {
+      const verdict = await judge(board);
+      if (board === this.history.board) this.#judged(verdict, board);
+    }, PAUSE_MS);
   }
 
   #showSelected() {

@@ -9,12 +9,8 @@ import { read } from "./draft/draft.js";
 
 /** The fields in a box; `onChange(path, value)` is called with a new value. */
 export class NumberFields {
-  /** @type {Map<string, HTMLInputElement>} */
-  #inputs = new Map();
-  /** @type {Map<string, HTMLElement>} */
-  #notes = new Map();
-  /** @type {Set<string>} paths of texts */
-  #texts = new Set();
+  /** By path. @type {Map<string, {input: HTMLInputElement, note: HTMLElement, text: boolean}>} */
+  #fields = new Map();
 
   /** @param {HTMLElement} box @param {(path: string, value: number | string) => void} onChange */
   constructor(box, onChange) {
@@ -25,11 +21,14 @@ export class NumberFields {
   /** @param {Row[]} rows @param {Board} board */
   show(rows, board) {
     const paths = rows.map(({ path }) => path);
-    const same = paths.length === this.#inputs.size && paths.every((path) => this.#inputs.has(path));
-    if (!same) this.#build(rows);
-    for (const [path, input] of this.#inputs) {
-      const text = String(read(board, path) ?? (this.#texts.has(path) ? "" : 0));
-      if (input.value !== text) input.value = text;
+    const same = paths.length === this.#fields.size && paths.every((path) => this.#fields.has(path));
+    if (!same) {
+      this.#fields.clear();
+      this.box.replaceChildren(...rows.map((row) => this.#field(row)));
+    }
+    for (const [path, { input, text }] of this.#fields) {
+      const value = String(read(board, path) ?? (text ? "" : 0));
+      if (input.value !== value) input.value = value;
       this.#say(path, "");
     }
   }
@@ -39,7 +38,7 @@ export class NumberFields {
    * @param {string | null} path
    */
   mark(path) {
-    for (const [each, input] of this.#inputs) {
+    for (const [each, { input }] of this.#fields) {
       const bad = each === path;
       parentOf(input).dataset.bad = String(bad);
       input.setAttribute("aria-invalid", String(bad));
@@ -48,15 +47,7 @@ export class NumberFields {
 
   /** @param {string} path */
   focus(path) {
-    this.#inputs.get(path)?.focus();
-  }
-
-  /** @param {Row[]} rows */
-  #build(rows) {
-    this.#inputs.clear();
-    this.#notes.clear();
-    this.#texts = new Set(rows.filter(({ text }) => text).map(({ path }) => path));
-    this.box.replaceChildren(...rows.map((row) => this.#field(row)));
+    this.#fields.get(path)?.input.focus();
   }
 
   /** @param {Row} row */
@@ -76,14 +67,13 @@ export class NumberFields {
       const value = (readNumber(input.value) ?? Number.NaN) + way * step * (event.shiftKey ? 10 : 1);
       this.#take(path, Number.isNaN(value) ? input.value : String(Number(value.toPrecision(12))));
     });
-    this.#inputs.set(path, input);
-    this.#notes.set(path, note);
+    this.#fields.set(path, { input, note, text });
     return make("div", { class: "field" }, make("label", { for: id }, label), input, note);
   }
 
   /** @param {string} path @param {string} text */
   #take(path, text) {
-    if (this.#texts.has(path)) {
+    if (this.#fields.get(path)?.text) {
       this.onChange(path, text.trim());
       return;
     }
@@ -98,8 +88,8 @@ export class NumberFields {
 
   /** @param {string} path @param {string} text */
   #say(path, text) {
-    const [note, input] = [this.#notes.get(path), this.#inputs.get(path)];
-    if (note) note.textContent = text;
-    input?.setAttribute("aria-invalid", String(text !== ""));
+    const field = this.#fields.get(path);
+    if (field) field.note.textContent = text;
+    field?.input.setAttribute("aria-invalid", String(text !== ""));
   }
 }
