@@ -1,6 +1,6 @@
 // Labelled fields for the numbers and texts of a board, each for one path, with a note about invalid input.
 
-import { make, parentOf } from "../util/dom.js";
+import { make } from "../util/dom.js";
 import { noNumber, readNumber } from "../util/number-text.js";
 import { read } from "./draft/draft.js";
 
@@ -38,11 +38,7 @@ export class NumberFields {
    * @param {string | null} path
    */
   mark(path) {
-    for (const [each, { input }] of this.#fields) {
-      const bad = each === path;
-      parentOf(input).dataset.bad = String(bad);
-      input.setAttribute("aria-invalid", String(bad));
-    }
+    for (const [each, { input }] of this.#fields) input.setAttribute("aria-invalid", String(each === path));
   }
 
   /** @param {string} path */
