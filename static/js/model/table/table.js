@@ -1,7 +1,6 @@
 // The balls of one room: takes its events and snapshots, and makes the scene at any table time.
 
 import { Path } from "../motion/path.js";
-import { Trace } from "../motion/trace.js";
 import { colourOf } from "../player/colour.js";
 import { emptyScene } from "../scene.js";
 import { ImpactQueue } from "./impact-queue.js";
@@ -9,6 +8,7 @@ import { shownEnd, timeInFall, timeSeen } from "./pace.js";
 import { PathFeed } from "./path-feed.js";
 
 /** @import { Accepted, BallStart, BriefAccepted, BriefLanded, Contact, Hello, Landed, Snapshot, Tag } from "../messages.js" */
+/** @import { Point } from "../board.js" */
 /** @import { BinHit, Scene, SceneBall } from "../scene.js" */
 /** @import { QueuedImpact } from "./impact-queue.js" */
 /** @import { Solved } from "./path-feed.js" */
@@ -22,6 +22,7 @@ const TRAIL_STEP = 1 / 55; // s between points of a trail
 const KEPT_SECONDS = 0.3; // of a path before the shown time: for the trail and for late contacts
 const QUIET = 0.05; // m/s; no stream reports slower impacts
 const HEARD_SECONDS = 0.5; // an impact that is later than this is neither shown nor played
+const MOST_TRACED = 20_000; // points of a path that is kept whole: minutes of a fall
 const MOST_KEYFRAMES = 600; // of one ball, while the page does not draw (a hidden tab)
 
 /**
@@ -48,7 +49,7 @@ const MOST_KEYFRAMES = 600; // of one ball, while the page does not draw (a hidd
  * @property {number} pace how many times faster than the table's clock its fall is shown
  * @property {Landed | null} outcome the landing that was shown, null until then
  * @property {boolean} settled whether its landing has been shown and the table has sent it
- * @property {Trace | null} trace its whole path, if kept
+ * @property {Point[] | null} trace its whole path, if kept
  * @property {SceneBall} pose as last drawn
  */
 
@@ -70,7 +71,7 @@ export class Table {
   pace = 1;
   /** Whether to keep the whole paths of this player's balls. */
   tracing = false;
-  /** The path of this player's last landed ball, if traced. @type {Trace | null} */
+  /** The path of this player's last landed ball, if traced. @type {Point[] | null} */
   lastTrace = null;
   /** Called with each stretch of a path that time has passed. @type {Passed | null} */
   onPassed = null;
@@ -252,13 +253,13 @@ export class Table {
       pace: mine && solved ? this.pace : 1,
       end: Number.POSITIVE_INFINITY, sink: null, solved: solved ?? null,
       feed: solved ? new PathFeed(path, solved, board, { start, from, rate }) : null,
-      trace: mine && this.tracing ? new Trace() : null,
+      trace: mine && this.tracing ? [{ x, y: board.drop.y }] : null,
       ...(tag && { tag }),
       pose: {
         x, y: board.drop.y, angle: 0, mine, trail: [], id, ...tag,
       },
       passed: (a, b, law) => {
-        ball.trace?.follow(a, b, law);
+        if (ball.trace && ball.trace.length < MOST_TRACED) ball.trace.push({ x: b.x, y: b.y });
         this.onPassed?.(a, b, law);
       },
     };

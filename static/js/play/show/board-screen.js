@@ -115,7 +115,7 @@ export class BoardScreen {
     this.watch();
     const showing = this.#show?.dress(scene, now) ?? false;
     // With reduced motion the path of our last ball replaces the moving ball.
-    const way = table?.lastTrace?.points;
+    const way = table?.lastTrace;
     if (still) Object.assign(scene, { balls: [], flashes: [], paths: way ? [way] : [] });
     scene.aim = this.hover() ?? game.choice.aim;
     view.draw(scene);

@@ -85,3 +85,19 @@ test("a ball whose landing is late sinks into its bin", () => {
   }
   assert.ok(lowest > board.bins.y + board.ball.radius);
 });
+
+test("a traced path has its start, every corner and its end", () => {
+  const hello = { board, tick_rate: RATE, tick: 0, stream: "seeds", balls: [] };
+  const table = new Table(hello, (start) => solver.drop(board, start));
+  table.tracing = true;
+  const solved = solver.drop(board, { seed: "3" });
+  table.accept({ ball: 0, seed: "3", tick: 0 }, true);
+  table.applyLanded({ ball: 0, digest: solved.digest });
+  for (let t = 0; t < solved.duration + 0.1; t += 1 / RATE) {
+    table.settle(t, t);
+    table.sceneAt(t, t);
+  }
+  const corners = [[solved.xStart, board.drop.y], ...solved.impacts.map(([, x, y]) => [x, y])];
+  for (const [x, y] of corners) assert.ok(table.lastTrace.some((point) => point.x === x && point.y === y));
+  assert.ok(table.lastTrace.length > 60 * solved.duration);
+});
