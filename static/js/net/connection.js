@@ -1,5 +1,7 @@
 // A WebSocket that reconnects by itself.
 
+import { ProtocolError } from "./protocol.js";
+
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const GROWTH = 1.7;
@@ -17,6 +19,7 @@ export const ROOM_MOVED = "room-moved";
  * @property {(bytes: ArrayBuffer) => void} onBytes
  * @property {(waitMs: number) => void} onLost the next attempt is after waitMs
  * @property {(reason: string) => void} onRefused the room does not exist: there is no further attempt
+ * @property {(reason: string) => void} onForeign the server speaks another protocol: there is no further attempt
  * @property {() => void} [onQuiet] an expected message is late: send the server a ping
  */
 
@@ -97,8 +100,14 @@ export class Connection {
   /** @param {string | ArrayBuffer} data */
   #receive(data) {
     if (this.expecting) this.expectNews(true);
-    if (typeof data === "string") this.listener.onText(data);
-    else this.listener.onBytes(data);
+    try {
+      if (typeof data === "string") this.listener.onText(data);
+      else this.listener.onBytes(data);
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      this.close();
+      this.listener.onForeign(error.message);
+    }
   }
 
   #ask() {

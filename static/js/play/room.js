@@ -6,7 +6,7 @@ import { MINOR_UNITS } from "../model/player/account.js";
 import { Table } from "../model/table/table.js";
 import { getJson, SEEDS, socketUrl } from "../net/api.js";
 import { Connection, ROOM_MOVED } from "../net/connection.js";
-import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
+import { decodeEvents, decodeSnapshot } from "../net/protocol.js";
 import { TickClock } from "../net/tick-clock.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { BoardError } from "../solver/errors.js";
@@ -89,10 +89,14 @@ export class Room {
 
   #connect() {
     return new Connection(socketUrl(this.id, this.streams[0]), {
-      onText: (text) => this.#read(() => {
+      onText: (text) => {
         for (const event of /** @type {TableMessage[]} */ (decodeEvents(text))) this.#take(event);
-      }),
-      onBytes: (bytes) => this.#read(() => this.#takeBytes(bytes)),
+      },
+      onBytes: (bytes) => this.#takeBytes(bytes),
+      onForeign: () => {
+        this.#setState("closed");
+        this.news.say(t("play.foreign"), { urgent: true });
+      },
       onLost: (waitMs) => this.#lost(waitMs),
       onRefused: () => this.#setState("closed"),
       // A ping shows whether the connection still works.
@@ -213,22 +217,6 @@ export class Room {
   close() {
     this.#closed = true;
     this.connection.close();
-  }
-
-  /**
-   * Handles a message. A server with another protocol will not change it: after a protocol error we do not reconnect.
-   * @param {() => void} message
-   */
-  #read(message) {
-    if (this.#closed) return;
-    try {
-      message();
-    } catch (error) {
-      if (!(error instanceof ProtocolError)) throw error;
-      this.connection.close();
-      this.#setState("closed");
-      this.news.say(t("play.foreign"), { urgent: true });
-    }
   }
 
   /** @param {TableMessage} event */

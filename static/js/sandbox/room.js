@@ -3,7 +3,7 @@
 import { poseBetween, shortestTurn } from "../model/motion/interpolate.js";
 import { socketUrl } from "../net/api.js";
 import { Connection, ROOM_MOVED } from "../net/connection.js";
-import { decodeEvents, decodeSnapshot, ProtocolError } from "../net/protocol.js";
+import { decodeEvents, decodeSnapshot } from "../net/protocol.js";
 import { TickClock } from "../net/tick-clock.js";
 import { t } from "../texts/text.js";
 
@@ -66,10 +66,11 @@ export class SandboxRoom {
     this.room = room;
     this.listener = listener;
     this.connection = new Connection(socketUrl(room), {
-      onText: (text) => this.#read(() => {
+      onText: (text) => {
         for (const event of /** @type {ArenaMessage[]} */ (decodeEvents(text))) this.#take(event);
-      }),
-      onBytes: (bytes) => this.#read(() => this.#takeSnapshot(bytes)),
+      },
+      onBytes: (bytes) => this.#takeSnapshot(bytes),
+      onForeign: (reason) => this.#setState("closed", reason),
       onLost: (waitMs) => this.#setState("reconnecting", String(Math.max(1, Math.round(waitMs / 1000)))),
       onRefused: () => this.#setState("closed", t("box.no-room", { room })),
     });
@@ -165,20 +166,6 @@ export class SandboxRoom {
     return {
       x: a.x + s * (b.x - a.x), y: a.y + s * (b.y - a.y), angle: a.angle + s * shortestTurn(a.angle, b.angle),
     };
-  }
-
-  /**
-   * Handles a message. A server with another protocol will not change it: after a protocol error we do not reconnect.
-   * @param {() => void} message
-   */
-  #read(message) {
-    try {
-      message();
-    } catch (error) {
-      if (!(error instanceof ProtocolError)) throw error;
-      this.connection.close();
-      this.#setState("closed", error.message);
-    }
   }
 
   /** @param {ArenaMessage} event */

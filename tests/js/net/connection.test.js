@@ -32,15 +32,19 @@ afterEach(() => {
 
 async function connected() {
   const { Connection } = await import("../../../static/js/net/connection.js");
+  const { decodeEvents } = await import("../../../static/js/net/protocol.js");
   /** @type {number[]} */
   const lost = [];
+  /** @type {string[]} */
+  const foreign = [];
   const connection = new Connection("ws://here/ws/rooms/main", {
-    onText() {},
+    onText: (text) => decodeEvents(text),
+    onForeign: (reason) => foreign.push(reason),
     onBytes() {},
     onLost: (waitMs) => lost.push(waitMs),
     onRefused() {},
   });
-  return { connection, lost };
+  return { connection, lost, foreign };
 }
 
 test("a client whose room moved reconnects at once and silently", async () => {
@@ -71,4 +75,13 @@ test("a silent connection is considered lost", async () => {
   assert.equal(sockets.length, 1);
   assert.equal(lost.length, 1);
   connection.close();
+});
+
+test("a server that speaks another protocol is not called again", async () => {
+  const { lost, foreign } = await connected();
+  const [socket] = sockets;
+  socket.onmessage({ data: '{"type":"hello","protocol":1}' });
+  assert.deepEqual([foreign.length, lost.length, sockets.length], [1, 0, 1]);
+  assert.match(foreign[0], /protocol 1/);
+  assert.equal(socket.onclose, null, "its close is no loss");
 });
