@@ -7,7 +7,7 @@ from playwright.sync_api import FilePayload, expect
 
 from plinko.engine import Board, drop
 from tests.browser.conftest import Open
-from tests.golden import session
+from tools.golden import session
 
 RECORD = drop(Board.preset("triangle-8"), 7).to_dict()
 

@@ -11,7 +11,7 @@ from playwright.sync_api import FilePayload, expect
 from plinko.engine import Board, drop
 from tests.app.rooms.logs import LOGS
 from tests.browser.conftest import Complaints, Open
-from tests.golden import session
+from tools.golden import session
 
 CUT = r"net::ERR_(INTERNET_DISCONNECTED|FAILED)"
 

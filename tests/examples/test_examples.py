@@ -22,10 +22,10 @@ from websockets.asyncio.server import ServerConnection, serve
 from plinko.app.fairness.signing import Signer
 from plinko.engine import Board, drop, find_draw
 from tests.app.conftest import TINY
-from tests.app.fairness.sessions import SIGNER
 from tests.kit.serving import Running, serving
 from tests.kit.waiting import LIMIT
 from tests.repository.test_repository import ROOT
+from tools.fairness.sessions import SIGNER
 
 EXAMPLES = ROOT / "examples"
 GOLDEN = ROOT / "tests" / "golden" / "session.json"

@@ -17,8 +17,8 @@ from plinko.app.fairness.signing import Signer
 from plinko.app.protocol.messages import SignedReceipt
 from plinko.app.settings import page_kernels
 from plinko.engine.errors import RecordError
-from tests.app.fairness.sessions import FORMER, KERNEL, SIGNER, draw, honest, restored
-from tests.golden import session as golden
+from tools.fairness.sessions import FORMER, KERNEL, SIGNER, draw, honest, restored
+from tools.golden import session as golden
 
 Forge = Callable[[dict[str, Any]], None]
 
@@ -385,7 +385,7 @@ def test_the_command_line_proves_and_names(
 
 
 def test_the_golden_session_is_this_one() -> None:
-    """tests/js/fairness reads these files; `python -m tests.golden.session` rewrites them."""
+    """tests/js/fairness reads these files; `python -m tools.golden.session` rewrites them."""
     assert golden.FILE.read_text() == golden.text()
     assert golden.DRAWN_FILE.read_text() == golden.drawn_text()
     assert golden.RESTORED_FILE.read_text() == golden.restored_text()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from plinko.app.fairness.seeds import drop_mac, drop_seed
 from plinko.app.fairness.signing import Signer
 from plinko.engine import merkle
-from tests.app.fairness.sessions import Log
+from tools.fairness.sessions import Log
 
 RFC_4231 = [  # key, data, HMAC-SHA256: test cases 1, 2 and 6
     ("0b" * 20, b"Hi There", "b0344c61d8db38535ca8afceaf0bf12b881dc200c9833da726e9376c2e32cff7"),

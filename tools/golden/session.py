@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-from tests.app.fairness.sessions import draw, honest, restored
+from tools.fairness.sessions import draw, honest, restored
 from tools.golden.lines import in_lines
 
-FILE = Path(__file__).with_name("session.json")
-DRAWN_FILE = Path(__file__).with_name("draw_session.json")
-RESTORED_FILE = Path(__file__).with_name("restored_session.json")
+GOLDEN = Path(__file__).parents[2] / "tests/golden"
+FILE = GOLDEN / "session.json"
+DRAWN_FILE = GOLDEN / "draw_session.json"
+RESTORED_FILE = GOLDEN / "restored_session.json"
 
 
 def text() -> str:
