@@ -1,4 +1,4 @@
-"""Takes the documentation's pictures of the pages: `python -m tools.photographs`.
+"""Takes the documentation's pictures of the pages: `python -m tests.repository.photographs`.
 
 Each picture shows what the page itself chose or computed; no bin or digest is fixed here.
 """
@@ -53,9 +53,7 @@ def replay(page: "Page", address: str) -> None:
     page.wait_for_selector("html[data-state=replay]")
     impulses = page.locator("#impacts tr td:last-child").all_text_contents()[4:-1]
     strong = max(range(len(impulses)), key=lambda i: float(impulses[i].replace("–", "0")))
-    page.get_by_label("Time of the fall").fill("0")
-    for _ in range(5 + strong):
-        page.locator("#impact-on").click()
+    page.locator("#impacts tr").nth(4 + strong).click()
 
 
 def compare(page: "Page", address: str) -> None:
@@ -137,6 +135,7 @@ def film(path: Path) -> None:
     from plinko.app.render import Stage
 
     drops = [drop("triangle-16", seed=seed) for seed in range(20)]
+    bins = [found.bin for found in drops if found.bin is not None]  # all of them land
     stage, frames = Stage(drops[0].board, width=640, title=""), []
     for now in np.arange(0.0, 10.0, 0.05):
         ages = {number: now - 0.27 * number for number in range(len(drops))}
@@ -147,8 +146,7 @@ def film(path: Path) -> None:
             states = drops[number].states(np.maximum(ages[number] - np.arange(12) / 60.0, 0.0))
             bodies[row] = number, states["x"][0], states["y"][0], states["theta"][0]
             trails[number] = np.column_stack([states["x"], states["y"]])
-        landed = [n for n, age in ages.items() if 0.0 <= age - drops[n].duration < 0.4]
-        lit = {each for n in landed if (each := drops[n].bin) is not None}
+        lit = {bins[n] for n, age in ages.items() if 0.0 <= age - drops[n].duration < 0.4}
         pixels = stage.frame(bodies, trails=trails, lit=lit)
         frames.append(Image.fromarray(pixels[int(stage.view.header) :]))
     frames[0].save(path, append_images=frames[1:], duration=50, loop=0, quality=60, method=4)
@@ -193,7 +191,7 @@ def keep(png: bytes, path: Path) -> None:
 
 def main() -> None:
     """Start a server and photograph the scenes named on the command line, or all."""
-    from tools.readme import IMAGES, ROOT
+    from tests.repository.readme import IMAGES, ROOT
 
     film(ROOT / IMAGES / "film.webp")
     with ServerProcess("sqlite://") as server:
