@@ -31,7 +31,7 @@ ALL := $(SERVER),postgres,redis,batches,table,video
 WITH_NODE := node="$$(tools/node)" && export PATH="$$node:$$PATH"
 NPM_INSTALL := npm install --no-audit --no-fund --no-package-lock --ignore-scripts --loglevel=error
 
-.PHONY: help play check test test-servers test-long test-crash test-attack test-browsers test-arm64 lint docs links format bench readme architecture size pictures constraints clean kernels npm
+.PHONY: help play check test test-servers test-long test-crash test-attack test-browsers test-arm64 lint docs site links format bench readme architecture size pictures constraints clean kernels npm
 
 help:
 	@echo 'make play         start the server and print its address (PORT=8000)'
@@ -45,6 +45,7 @@ help:
 	@echo 'make test-arm64   compare the golden digests on an emulated arm64 processor (minutes)'
 	@echo 'make lint         check style, format, types and import contracts'
 	@echo 'make docs         build the documentation in build/site; fails at any warning'
+	@echo 'make site         build the documentation and the game without a server in build/site, for any web host'
 	@echo 'make links        check the links of the documentation to other sites (needs the network)'
 	@echo 'make format       format the code'
 	@echo 'make bench        measure speed and error; updates docs/measured and the README'
@@ -139,8 +140,14 @@ lint: $(VENV)/.stamp-lint node_modules/.stamp
 
 # The pages and the tutorial, which is executed. Internal links are checked.
 docs: $(VENV)/.stamp-docs
-	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs build/site
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet $(SPHINX_ARGS) -d .cache/doctrees docs build/site
 	@echo 'build/site/index.html'
+
+# The pages, which then lead to the game in the folder play/.
+site: SPHINX_ARGS := -t game
+site: docs
+	$(BIN)/plinko site build/site/play
+	touch build/site/.nojekyll
 
 links: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx -b linkcheck --quiet -D nb_execution_mode=off -d .cache/doctrees docs build/links

@@ -78,7 +78,14 @@ def _draw(_app: Sphinx, page: str, source: list[str]) -> None:
     source[0] = re.sub(r"\]\(measured/([\w-]+)\.json\)", r"](measured.md#\1)", source[0])
 
 
+def _with_game(app: Sphinx, page: str, _: str, context: dict[str, str], __: object) -> None:
+    """`make site` builds with the tag `game`: the first page then leads to the game next to it."""
+    if page == "index" and app.tags.has("game"):
+        context["body"] = '<p class="game"><a href="play/">Play here</a></p>' + context["body"]
+
+
 def setup(app: Sphinx) -> None:
     """Sphinx calls this first."""
+    app.connect("html-page-context", _with_game)
     app.add_html_math_renderer("mathml", (_inline_formula, None), (_formula, None))
     app.connect("source-read", _draw)

@@ -1,9 +1,13 @@
-// The service worker: caches the pages, which work without a server (the game as practice). Its address contains the
-// release, so that each release has its own worker and cache. js/util/offline.js registers it.
+// The service worker: caches the pages, which work without a server. Its address contains the release, so that each
+// release has its own worker and cache, and the language. js/util/offline.js registers it.
 
-const CACHE = `plinko${new URL(self.location.href).search}`;
-const PAGES = ["", "sandbox.html", "replay.html", "editor.html", "today.html", "verify.html"];
-const BOARDS = "api/v1/boards";
+// `plinko site` makes it true: then boards are files of the release, and pages in other languages are in folders.
+const SITE = false;
+const { search } = new URL(self.location.href);
+const [RELEASE, LANGUAGE] = search.slice(1).split("-");
+const CACHE = `plinko${search}`;
+const FOLDER = SITE && LANGUAGE !== "en" ? `${LANGUAGE}/` : "";
+const PAGES = ["", "sandbox.html", "replay.html", "editor.html", "today.html", "verify.html"].map((page) => FOLDER + page);
 
 // Finds the files that a page or a module refers to.
 const PARTS = {
@@ -13,6 +17,9 @@ const PARTS = {
 
 /** @param {string} path relative to the pages' folder @returns {string} URL */
 const at = (path) => new URL(path, self.registration.scope).href;
+
+/** @param {string} path below /api/v1 @returns {string} URL */
+const reply = (path) => at(SITE ? `v-${RELEASE}/api/v1/${path}.json` : `api/v1/${path}`);
 
 /** Caches the pages and every file that they refer to, directly or through others. */
 async function keepPages() {
@@ -36,11 +43,11 @@ async function keepPages() {
 /** Caches the list of boards and the house table's presets; those of other worlds once they were opened. */
 async function keepBoards() {
   const cache = await caches.open(CACHE);
-  const list = await fetch(at(BOARDS));
+  const list = await fetch(reply("boards"));
   const { boards } = await list.clone().json();
-  await cache.put(at(BOARDS), list);
+  await cache.put(reply("boards"), list);
   for (const { world, name } of boards) {
-    if (world === "house") await cache.add(at(`${BOARDS}/${name}`));
+    if (world === "house") await cache.add(reply(`boards/${name}`));
   }
 }
 

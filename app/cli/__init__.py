@@ -37,6 +37,7 @@ GROUPS = {
     },
     "Server": {
         "serve": "server.serve",
+        "site": "server.site",
     },
     "For operators": {
         "ledger": "server.ledger",

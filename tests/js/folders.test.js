@@ -50,7 +50,7 @@ test("an export is used by another file or in the file itself", () => {
   const imported = new Set();
   for (const path of texts.keys()) {
     for (const { target, names } of importsOf(path)) {
-      for (const name of names) imported.add(`${target}:${name}`);
+      for (const name of names) for (const end of [".js", ".device.js"]) imported.add(`${target.replace(/\.js$/, end)}:${name}`);
     }
   }
   const unused = [];

@@ -1,6 +1,7 @@
 """Boards: list, look up, register."""
 
 import hashlib
+from collections.abc import Iterable
 from typing import Annotated
 
 import msgspec
@@ -51,8 +52,7 @@ async def list_boards(request: Request, server: Server, digest: Digest = None) -
     With `digest` the list has only that board, or is empty if the server does not know it.
     """
     rows = [*map(listed, preset_names()), *map(row_of, server.boards.registered())]
-    boards = [_summary(row) for row in rows if digest is None or row.digest == digest]
-    body = msgspec.json.encode(BoardList(boards))
+    body = list_of(row for row in rows if digest is None or row.digest == digest)
     etag = hashlib.sha256(body).hexdigest()
     headers = {"etag": f'"{etag}"', "cache-control": "no-cache"}
     if is_current(request, etag):
@@ -66,7 +66,7 @@ async def get_board(board: str, request: Request, server: Server) -> Response:
     found = server.boards.find(board)
     if is_current(request, found.digest):
         return not_modified(found.digest)
-    return reply(_view(found), headers=cache_headers(found.digest))
+    return reply(view_of(found), headers=cache_headers(found.digest))
 
 
 @router.post(
@@ -109,9 +109,17 @@ async def get_odds(board: str, server: Server) -> Response:
     On a symmetric board the list has the aims of one side, which hold for both. For a board that is
     not a preset the list is empty; `plinko payouts` counts its landings.
     """
-    found = server.boards.find(board)
-    aims = [msgspec.convert(each.to_dict(), Odds) for each in odds_of_record(found)]
-    return reply(BoardOdds(found.digest, aims))
+    return reply(odds_of(server.boards.find(board)))
+
+
+def list_of(rows: Iterable[Listed]) -> bytes:
+    """The list of these boards, as JSON."""
+    return msgspec.json.encode(BoardList([_summary(row) for row in rows]))
+
+
+def odds_of(board: Board) -> BoardOdds:
+    aims = [msgspec.convert(each.to_dict(), Odds) for each in odds_of_record(board)]
+    return BoardOdds(board.digest, aims)
 
 
 def _summary(row: Listed) -> BoardSummary:
@@ -131,5 +139,5 @@ def _summary(row: Listed) -> BoardSummary:
     )
 
 
-def _view(board: Board) -> BoardView:
+def view_of(board: Board) -> BoardView:
     return BoardView(board.name, board.digest, board.to_dict())

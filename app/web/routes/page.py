@@ -48,7 +48,7 @@ _KEPT = ("content-type", "etag", "vary")  # headers of a packed response
 """Files that are compressed once, with more effort than each response can have."""
 _LOST = "404.html"
 _OWN_LINKS = re.compile(r'(href|src)="(?:\./)?(?![a-z]+:|[/#])')
-_OWN_PARTS = re.compile('(href|src)="((?:css|js)/)')
+_OWN_PARTS = re.compile(r'(href|src)="((?:css|js)/|theme\.json)')
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +58,10 @@ class Release:
     digest: str  # of every file's path and contents, 16 hex digits
     pages: dict[str, dict[str, str]]  # HTML by name and language, with one sheet and one script
     made: dict[str, str]  # the sheets and scripts, by paths at which there is no file
+
+    def linked(self, page: str, language: str, to: str = "") -> str:
+        """The page's HTML, with its parts at v-<release>/ below the folder `to`."""
+        return _OWN_PARTS.sub(rf'\1="{to}v-{self.digest}/\2', self.pages[page][language])
 
     @classmethod
     def of(cls, directory: Path) -> "Release":
@@ -108,10 +112,11 @@ class Page(StaticFiles):
     def _page(self, name: str, scope: Scope, status_code: int) -> Response:
         release = self.prepare()
         request = Request(scope)
-        by_language = release.pages[name]
+        languages = release.pages[name]
         accepted = whole(request.headers, "accept-language")
         address, cookie = request.query_params.get(_LANGUAGE), request.cookies.get(_LANGUAGE)
-        text = by_language[chosen(accepted, by_language, address=address, cookie=cookie)]
+        language = chosen(accepted, languages, address=address, cookie=cookie)
+        text = release.linked(name, language)
         scheme = request.cookies.get(_SCHEME)
         if scheme in _SCHEMES:  # otherwise the sheet follows the system's scheme
             text = text.replace("<html ", f'<html data-scheme="{scheme}" ', 1)
@@ -120,7 +125,6 @@ class Page(StaticFiles):
         view = next((each for each in _VIEWS if each in request.query_params), None)
         if name == "replay.html" and view:
             text = text.replace("<html ", f'<html data-view="{view}" ', 1)
-        text = _OWN_PARTS.sub(rf'\1="v-{release.digest}/\2', text)
         if name == _LOST:  # it is shown at any path, so its links must start at the root
             text = _OWN_LINKS.sub(rf'\1="{scope.get("root_path", "")}/', text)
         if name == "replay.html":

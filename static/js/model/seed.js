@@ -1,4 +1,4 @@
-// Parsing of seeds that a player types, with messages for invalid ones. Pure.
+// Parsing of seeds that a player types, with messages for invalid ones; and random seeds.
 
 import { t } from "../texts/text.js";
 
@@ -27,6 +27,11 @@ export function readSeed(text) {
 /** @param {string} seed decimal @returns {string} the next seed; 0 follows MAX_SEED */
 export function seedAfter(seed) {
   return String((BigInt(seed) + 1n) & MAX_SEED);
+}
+
+/** @returns {string} decimal */
+export function randomSeed() {
+  return String(crypto.getRandomValues(new BigUint64Array(1))[0]);
 }
 
 const RULE = t("seed.rule", { most: String(MAX_SEED) });

@@ -1,6 +1,7 @@
 // Requests to the server's REST API, and the errors they can end with.
 
 import { t } from "../texts/text.js";
+import { ask } from "./ask.js";
 
 /** @import { BoardList } from "./replies.js" */
 /** @import { Hello } from "../model/messages.js" */
@@ -59,10 +60,9 @@ export function postJson(path, body) {
  * @returns {Promise<Response>} rejects with ApiError, unless the status is one of success
  */
 export async function request(path, options) {
-  const url = new URL(`api/v1/${path}`, document.baseURI);
   let response;
   try {
-    response = await fetch(url, { headers: { accept: "application/json" }, ...options });
+    response = await ask(path, options);
   } catch (cause) {
     throw new ApiError(t("page.silent-server"), 0, { cause });
   }

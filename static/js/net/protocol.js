@@ -2,7 +2,7 @@
 
 /** @import { Extent, Snapshot } from "../model/messages.js" */
 
-const PROTOCOL = 2;
+export const PROTOCOL = 2;
 const MAGIC = 0x50;
 const VERSION = 1;
 const HEADER_BYTES = 12;

@@ -4,14 +4,14 @@
 /** @import { Board } from "../model/board.js" */
 
 /**
- * @typedef {{preset: boolean, name: string, digest: string, world: string | null, risk: string | null}} BoardSummary
+ * @typedef {{preset: boolean, name: string, digest: string, world: string | null, risk: string | null,
+ *   stakes?: boolean}} BoardSummary
  * @typedef {{boards: BoardSummary[]}} BoardList of GET boards
  * @typedef {{board: Board, digest: string}} BoardReply of GET boards/…, POST boards and boards/check
  * @typedef {{id: string, token: string}} RoomReply of POST rooms
  * @typedef {{plays: {name: string | null, colour: string | null, bin: number | null, score: number, payout: number,
  *   board_digest: string, seed: string, x: number | null, aim: number | null}[]}} Plays of GET rooms/…/best
  * @typedef {{rooms: {id: string, mode: string, board_name: string}[]}} RoomList of GET rooms
- * @typedef {{drops: number, histogram: number[], unsettled: number, mean_duration: number}} Simulation
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
  * @typedef {{multipliers: number[], drops: number, chosen_by: number, least: {aim: number | null, return: number},
  *   aims: Odds[], warnings: string[]}} PayoutsReply of POST payouts

@@ -77,8 +77,8 @@ export class Game extends Store {
       onFound: (played) => this.say(foundWords(played), { urgent: true }),
       onGone: (n) => this.say(t("play.stakes-back", { n }), { urgent: true }),
     });
-    this.on("staked", ({ session, drop, stake, ball, seed }) => {
-      this.wallet.apply({ type: "staked", session, drop, stake, room: this.room.id, ball, seed });
+    this.on("staked", (receipt) => {
+      this.wallet.apply({ ...receipt, type: "staked", room: this.room.id });
       this.tell("account", null);
     });
     this.on("over", (over) => this.wallet.apply({ type: "over", ...over }));

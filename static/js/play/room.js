@@ -3,6 +3,7 @@
 import { Visitors } from "../model/table/visitors.js";
 import { MAIN_BOARD, MAIN_ROOM, readBoardName } from "../model/presets.js";
 import { MINOR_UNITS } from "../model/player/account.js";
+import { randomSeed } from "../model/seed.js";
 import { Table } from "../model/table/table.js";
 import { getJson, SEEDS, socketUrl } from "../net/api.js";
 import { Connection, ROOM_MOVED } from "../net/connection.js";
@@ -440,9 +441,4 @@ export class Room {
     this.state = state;
     this.news.tell("room", null);
   }
-}
-
-/** @returns {string} */
-export function randomSeed() {
-  return String(crypto.getRandomValues(new BigUint64Array(1))[0]);
 }

@@ -4,6 +4,9 @@ import { fillBoards, holdNumber, holdSeeds, linkPages, openPage, showState } fro
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
+import { readBoardName } from "../model/presets.js";
+import { hasServer } from "../net/ask.js";
+import { packBoard } from "../net/board-link.js";
 import { dropSearch, readDrop, replayLink } from "../net/drop-address.js";
 import { paintPath, paintRing } from "../paint/marks.js";
 import { prizeOf } from "../paint/prizes.js";
@@ -269,7 +272,9 @@ openPage(async (theme) => {
     page.plotEnergy();
     await pause();
     showRecord(replay, drop);
-    offerShare(drop, window.location.hash);
+    // Another device does not know a board of this one.
+    const contained = !hasServer && !readBoardName(drop.board) ? `#board=${await packBoard(board)}` : "";
+    offerShare(drop, window.location.hash || contained, replay.record);
     page.begin(search.has("guess"));
   }
   await fillBoards(drop.board, board.name);

@@ -1,12 +1,14 @@
 // The panel for sharing a drop: a link, a frame for other sites, a poster, a film, a video, the record.
 
 import { messageOf } from "../net/api.js";
+import { hasServer } from "../net/ask.js";
 import { dropPath, dropSearch } from "../net/drop-address.js";
 import { saveVideo } from "../net/video.js";
 import { t } from "../texts/text.js";
 import { copyFrom } from "../util/copy.js";
 import { byId, onClick } from "../util/dom.js";
 
+/** @import { DropRecord } from "../model/motion/drop.js" */
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { Key } from "../texts/text.js" */
 
@@ -19,8 +21,8 @@ const FILES = [
 ];
 const FRAME = { width: 520, height: 580 }; // CSS pixels, for a board about as wide as high
 
-/** @param {DropAddress} drop @param {string} hash of the address, which may contain the board */
-export function offerShare(drop, hash) {
+/** @param {DropAddress} drop @param {string} hash of the address, which may contain the board @param {DropRecord} record */
+export function offerShare(drop, hash, record) {
   const note = byId("share-note");
   const search = dropSearch({ ...drop, board: hash ? "" : drop.board });
   const name = `plinko-${drop.seed}`;
@@ -28,6 +30,10 @@ export function offerShare(drop, hash) {
     const link = byId(id, HTMLAnchorElement);
     link.href = `api/v1/${dropPath(drop, part, new URLSearchParams(query))}`;
     link.download = `${name}${end}`;
+  }
+  if (!hasServer) {
+    const file = new Blob([`${JSON.stringify(record)}\n`], { type: "application/json" });
+    byId("share-record", HTMLAnchorElement).href = URL.createObjectURL(file);
   }
   /** @param {string} id @param {string} text @param {Key} copied @param {Key} marked message for a copied, and for a selected text */
   const offer = (id, text, copied, marked) => onClick(id, async () => {

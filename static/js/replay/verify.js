@@ -2,6 +2,7 @@
 // when it is needed.
 
 import { ApiError, getJson, messageOf, postJson } from "../net/api.js";
+import { hasServer } from "../net/ask.js";
 import { RecordError } from "../solver/errors.js";
 import { readJson, textOfFile } from "../solver/input/json-text.js";
 import { compareRecords } from "../solver/log/difference.js";
@@ -30,7 +31,7 @@ export async function verify(replay, list) {
   say(note, "", t("page.computing"));
   const here = await inPage(replay, list);
   say(note, here.tone, here.text);
-  if (here.tone === "bad") return;
+  if (here.tone === "bad" || !hasServer) return;
   const { tone, text } = await atServer(replay);
   say(note, tone === "" ? here.tone : tone, `${here.text} ${text}`);
 }

@@ -1,7 +1,7 @@
 // The picture before anybody plays: the board has the whole frame, and demo balls fall, which are neither sent nor counted.
 
+import { randomSeed } from "../model/seed.js";
 import { DemoBalls } from "../play/show/demo-balls.js";
-import { randomSeed } from "../play/room.js";
 import { byId } from "../util/dom.js";
 
 /** @import { Hello } from "../model/messages.js" */

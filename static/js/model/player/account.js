@@ -13,6 +13,7 @@ import { Mean } from "../mean.js";
  * @property {number | null} payout null while the ball falls
  * @property {number} [ball] the ball's number at the table, while it falls
  * @property {string} [seed] while it falls
+ * @property {number | null} [aim] m, while it falls, if the player aimed
  *
  * @typedef {object} Stay one fair session
  * @property {string} room
@@ -63,7 +64,7 @@ import { Mean } from "../mean.js";
  * @typedef {{type: "granted", number: number, amount: number}
  *   | {type: "practised", played: Played} | {type: "reset"}
  *   | {type: "staked", session: string, drop: number, stake: number, room: string, ball?: number,
- *      seed?: string}
+ *      seed?: string, aim?: number | null}
  *   | {type: "settled", session: string, drop: number, payout: number, played?: Played}
  *   | {type: "corrected", session: string, drop: number, payout: number}
  *   | {type: "over", session: string, total: number}} AccountEvent
@@ -71,7 +72,7 @@ import { Mean } from "../mean.js";
 
 /**
  * @typedef {{session: string, room: string, drop: number, stake: number, ball?: number,
- *   seed?: string}} OpenDrop
+ *   seed?: string, aim?: number | null}} OpenDrop
  */
 
 export const MINOR_UNITS = 100; // of a credit: the server counts stakes in hundredths
@@ -116,8 +117,8 @@ export function applied(account, event) {
   const known = stay?.drops[event.drop];
   if (event.type === "staked") {
     if (known) return account;
-    const { stake, ball, seed } = event;
-    const drop = { stake, payout: null, ball, seed };
+    const { stake, ball, seed, aim } = event;
+    const drop = { stake, payout: null, ball, seed, ...(aim && { aim }) };
     return withDrop(account, event, stay ?? { room: event.room, drops: {} }, drop);
   }
   if (!known || (known.payout === null) !== (event.type === "settled")) return account;
@@ -257,8 +258,8 @@ export function openDrops(account) {
   return Object.entries(account.sessions).flatMap(([session, { room, drops }]) =>
     Object.entries(drops)
       .filter(([, drop]) => !isSettled(drop))
-      .map(([number, { stake, ball, seed }]) => (
-        { session, room, drop: Number(number), stake, ball, seed })));
+      .map(([number, { stake, ball, seed, aim }]) => (
+        { session, room, drop: Number(number), stake, ball, seed, ...(aim && { aim }) })));
 }
 
 /** @param {Account} account @param {string} session @returns {number} how many drops of the session are known */

@@ -1,13 +1,14 @@
 // The sheet behind "More", with one drawer open at a time. On a wide screen the sheet is next to the board, and shows
 // "Game" while no other drawer is open; on a narrow or low one it covers the board.
 
+import { hasServer } from "../../net/ask.js";
 import { byId, onClick } from "../../util/dom.js";
 import { tab } from "../../util/storage.js";
 import { onKey } from "./keys.js";
 
 /** @import { Game } from "../game.js" */
 
-const KEYS = new Map([["g", "game"], ["t", "table"], ["f", "fair"], ["l", "lab"], ["s", "settings"]]);
+const KEYS = { g: "game", t: "table", l: "lab", s: "settings", ...(hasServer && { f: "fair" }) };
 const KEPT = "plinko.drawer.1"; // the open drawer survives the reload that changes the language
 const ENTRY = "drawer"; // in the state of the history's entry
 const SWIPE = 50; // CSS pixels, more up or down than sideways
@@ -70,7 +71,7 @@ export function offerDrawers(game, load) {
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && open && !keys.open) close();
   });
-  for (const [key, drawer] of KEYS) onKey([key], () => turn(drawer));
+  for (const [key, drawer] of Object.entries(KEYS)) onKey([key], () => turn(drawer));
   onKey(["m"], () => byId("sound").click());
   onKey(["?"], () => keys.showModal());
   // On a narrow screen a swipe up opens the game's figures, and a swipe down at their top closes them.

@@ -1,6 +1,7 @@
 // The share button next to a result: it shares the link to the ball's replay.
 
 import { replayLink } from "../../net/drop-address.js";
+import { hasServer } from "../../net/ask.js";
 import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 
@@ -19,6 +20,8 @@ export function offerLink(game) {
   game.on("table", hide);
   key.addEventListener("click", async (event) => {
     if (!navigator.share && !navigator.clipboard) return; // plain HTTP has neither: the link is followed
+    // The link to a board of this device is on the replay page.
+    if (!hasServer && game.room.practice === "unsolved") return;
     event.preventDefault();
     const url = `${key.href}&guess`; // the recipient guesses the bin first
     try {

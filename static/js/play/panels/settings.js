@@ -8,6 +8,7 @@ import { byId, check, onChoice, onClick, radioValue } from "../../util/dom.js";
 /** @import { Show } from "../show/show.js" */
 
 const LANGUAGE_S = 365 * 24 * 3600;
+const PAGES = new URL("../../../../", import.meta.url); // the folder next to the release
 
 /** @param {Game} game @param {Theme} theme @param {Show} show */
 export function offerSettings(game, theme, show) {
@@ -16,7 +17,7 @@ export function offerSettings(game, theme, show) {
   const choice = byId("language", HTMLSelectElement);
   choice.value = language;
   choice.addEventListener("change", () => {
-    document.cookie = `language=${choice.value}; max-age=${LANGUAGE_S}; samesite=lax`;
+    document.cookie = `language=${choice.value}; max-age=${LANGUAGE_S}; samesite=lax; path=${PAGES.pathname}`;
     const address = new URL(window.location.href);
     address.searchParams.delete("language");
     const stored = document.cookie.split("; ").includes(`language=${choice.value}`);

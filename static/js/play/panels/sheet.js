@@ -1,5 +1,6 @@
 // The panels of the sheet. A page loads them when they are needed: see later.js.
 
+import { hasServer } from "../../net/ask.js";
 import { showVisitors } from "./visitors.js";
 import { showBins } from "./bin-list.js";
 import { showDraw } from "./draw.js";
@@ -15,6 +16,6 @@ import { showStatistics } from "./statistics.js";
 /** @param {Game} game @param {Theme} theme @param {Show} show @param {boolean} touched whether there was a gesture */
 export function fillSheet(game, theme, show, touched) {
   for (const panel of [showHistory, showStatistics, showFairness, showDraw, showBins]) panel(game, theme);
-  showVisitors(game, theme, touched);
+  if (hasServer) showVisitors(game, theme, touched);
   offerSettings(game, theme, show);
 }

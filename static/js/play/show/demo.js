@@ -1,7 +1,7 @@
 // Demo balls: they fall in a quiet room, only in this page, until somebody plays. They are neither counted nor sent.
 
+import { randomSeed } from "../../model/seed.js";
 import { byId } from "../../util/dom.js";
-import { randomSeed } from "../room.js";
 
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Scene } from "../../model/scene.js" */
