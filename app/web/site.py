@@ -15,9 +15,8 @@ from rcssmin import cssmin
 from rjsmin import jsmin
 
 from plinko.app.web.page.languages import ENGLISH, path_of
-from plinko.app.web.page.unfurl import card
 from plinko.app.web.routes.boards import list_of, odds_of, view_of
-from plinko.app.web.routes.page import Release
+from plinko.app.web.routes.page import Release, card
 from plinko.engine import Board, preset_names
 from plinko.engine.payouts.listing import listed
 

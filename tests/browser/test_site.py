@@ -21,7 +21,7 @@ from plinko.app.web.site import write_site
 from plinko.engine import Board, drop, verify
 from tests.browser.conftest import ARTIFACTS, Complaints, Profiles
 from tests.browser.screen import Screen
-from tests.golden import session
+from tools.golden import session
 
 FOLDER = "games/plinko"
 GRANT = 1000.0
