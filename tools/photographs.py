@@ -191,7 +191,7 @@ def keep(png: bytes, path: Path) -> None:
 
 def main() -> None:
     """Start a server and photograph the scenes named on the command line, or all."""
-    from tests.repository.readme import IMAGES, ROOT
+    from tools.readme import IMAGES, ROOT
 
     film(ROOT / IMAGES / "film.webp")
     with ServerProcess("sqlite://") as server:

@@ -3,10 +3,9 @@
 
 import { randomSeed } from "../model/seed.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
-import { getJson, messageOf } from "./api.js";
+import { getJson, messageOf, SEEDS } from "./api.js";
 import { boardIn, solving } from "./device.js";
 import { PROTOCOL } from "./protocol.js";
-import { SEEDS } from "./streams.js";
 
 /** @import { Hello } from "../model/messages.js" */
 /** @import { Solver } from "../solver/solver.js" */
@@ -20,8 +19,6 @@ export const ROOM_MOVED = ""; // no room moves
 /** A connection that never breaks. */
 export class Connection {
   greeted = false;
-  /** Bytes received: none. */
-  received = 0;
   #balls = 0;
   #closed = false;
   /** @type {{hello: Hello, solver: Solver} | null} */
