@@ -10,9 +10,9 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Coroutine, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
 
@@ -192,31 +192,77 @@ def _main_board(name: str) -> Board:
 
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Compile the physics, read the ledger, then start the ticker and other tasks; stop all later.
-
-    In a cluster, ticks begin when the other servers know of this one, or after five seconds. At the
-    end the tasks stop first, then rooms write their last results, then the ledger closes.
-    """
+    """Start the server's parts, each upon those before it; at the end stop the last one first."""
     server: Services = app.state.services
+    async with (
+        _computing(server),
+        _ledger(server),
+        _rooms(server, app.state.cluster),
+        _web(server, app),
+        _operation(server),
+    ):
+        yield
+
+
+@contextlib.asynccontextmanager
+async def _computing(server: Services) -> AsyncIterator[None]:
+    """Compile the physics; at the end close the workers."""
     await asyncio.to_thread(_warm_up)
     server.warm = True
+    try:
+        yield
+    finally:
+        server.computing.close()
+
+
+@contextlib.asynccontextmanager
+async def _ledger(server: Services) -> AsyncIterator[None]:
     await asyncio.to_thread(open_ledger, server)
     server.ledger.start()
+    try:
+        yield
+    finally:
+        await server.ledger.close()
+
+
+@contextlib.asynccontextmanager
+async def _rooms(server: Services, cluster: "Cluster | None") -> AsyncIterator[None]:
+    """Read the rooms, then tick; at the end rooms write their last results.
+
+    In a cluster, ticks begin when the other servers know of this one, or after five seconds.
+    """
     await server.fair.load()
     await server.rooms.resume()
-    cluster = app.state.cluster
-    joining = asyncio.create_task(cluster.run() if cluster else asyncio.sleep(0), name="cluster")
-    if cluster is not None:
-        await cluster.until_joined()
-    server.ticking = asyncio.create_task(server.rooms.ticker.run(), name="ticker")
-    checking = asyncio.create_task(server.integrity.look(), name="integrity")
-    rest = asyncio.create_task(asyncio.to_thread(_warm_up_rest, app.state.page), name="rest")
+    async with _running(cluster=cluster.run() if cluster else asyncio.sleep(0)):
+        if cluster is not None:
+            await cluster.until_joined()
+        try:
+            async with (
+                _running(ticker=server.rooms.ticker.run()) as (server.ticking,),
+                _running(following=server.rooms.follow()),
+            ):
+                yield
+        finally:
+            server.rooms.leave()
+
+
+@contextlib.asynccontextmanager
+async def _web(server: Services, app: FastAPI) -> AsyncIterator[None]:
+    """Prepare pages and workers, and send events to the relays."""
     prepare = server.computing.workers.prepare
     preparing = asyncio.get_running_loop().call_later(_QUIET_START, prepare)
-    following = asyncio.create_task(server.rooms.follow(), name="following")
-    feeding = asyncio.create_task(
-        feed_relays(app.state.bus, server.rooms, server.client_ids), name="feeding"
-    )
+    feeding = feed_relays(app.state.bus, server.rooms, server.client_ids)
+    rest = asyncio.to_thread(_warm_up_rest, app.state.page)
+    try:
+        async with _running(feeding=feeding, rest=rest):
+            yield
+    finally:
+        preparing.cancel()
+
+
+@contextlib.asynccontextmanager
+async def _operation(server: Services) -> AsyncIterator[None]:
+    """Check the ledger, delete what is older than the server keeps it, and send webhooks."""
     retention = Retention(
         server.ledger,
         server.fair,
@@ -224,21 +270,23 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         mine=lambda: server.others is None or server.others.first,
         now=server.rooms.persistence.now,
     )
-    pruning = asyncio.create_task(retention.run(), name="retention")
-    hooks = server.webhooks
-    sending = asyncio.create_task(hooks.run() if hooks else asyncio.sleep(0), name="webhooks")
-    try:
+    sending = server.webhooks.run() if server.webhooks else asyncio.sleep(0)
+    looking = server.integrity.look()
+    async with _running(retention=retention.run(), webhooks=sending, integrity=looking):
         yield
+
+
+@contextlib.asynccontextmanager
+async def _running(**work: Coroutine[Any, Any, Any]) -> AsyncIterator[list[asyncio.Task[Any]]]:
+    """Run these by name as tasks, until the block ends."""
+    tasks = [asyncio.create_task(each, name=name) for name, each in work.items()]
+    try:
+        yield tasks
     finally:
-        preparing.cancel()
-        tasks = (pruning, following, joining, feeding, sending, rest, checking)
-        for task in (*tasks, server.ticking):
+        for task in tasks:
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
-        server.rooms.leave()
-        await server.ledger.close()
-        server.computing.close()
 
 
 def open_ledger(server: Services) -> None:
