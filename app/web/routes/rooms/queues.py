@@ -69,11 +69,7 @@ class QueueView(msgspec.Struct, frozen=True):
 router = operations("rooms", "/api/v1/rooms")
 
 
-@router.get(
-    "/{room}/queue",
-    summary="Get a room's queue",
-    responses=documented(QueueView),
-)
+@router.get("/{room}/queue", summary="Get a room's queue", responses=documented(QueueView))
 async def get_queue(room: str, server: Server) -> Response:
     """The balls that wait, with their names, and whether the queue is paused."""
     return reply(_view(await server.rooms.seek(room)))

@@ -183,11 +183,7 @@ async def get_room(room: str, server: Server) -> Response:
     return reply(_view(server, await server.rooms.seek(room)))
 
 
-@router.get(
-    "/{room}/draw",
-    summary="Get a room's draw",
-    responses=documented(DrawView, 304),
-)
+@router.get("/{room}/draw", summary="Get a room's draw", responses=documented(DrawView, 304))
 async def get_draw(room: str, request: Request, server: Server) -> Response:
     """The odds of its bins, and the seeds whose balls land in each: the content of its digest."""
     draw = (await server.rooms.seek(room)).room.draw
@@ -284,12 +280,7 @@ async def get_room_log(
     status_code=202,
     summary="Drop a ball into a room",
     responses={
-        **documented(
-            RoomDrop,
-            409,
-            status=202,
-            description="In flight",
-        ),
+        **documented(RoomDrop, 409, status=202, description="In flight"),
         **documented(RoomDrop, status=200, description="Landed, with `wait=1`"),
     },
     openapi_extra=OPTIONAL_TOKEN | body_of(RoomDropRequest, {"seed": "42"}, required=False),
