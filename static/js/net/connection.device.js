@@ -4,11 +4,10 @@
 import { randomSeed } from "../model/seed.js";
 import { PHYSICS_VERSION } from "../solver/digest.js";
 import { getJson, messageOf, SEEDS } from "./api.js";
-import { boardIn, solving } from "./device.js";
+import { boardIn, openOnce } from "./device.js";
 import { PROTOCOL } from "./protocol.js";
 
 /** @import { Hello } from "../model/messages.js" */
-/** @import { Solver } from "../solver/solver.js" */
 /** @import { Listener } from "./connection.js" */
 /** @import { BoardList, BoardReply } from "./replies.js" */
 
@@ -21,8 +20,8 @@ export class Connection {
   greeted = false;
   #balls = 0;
   #closed = false;
-  /** @type {{hello: Hello, solver: Solver} | null} */
-  #open = null;
+  /** @type {Hello | null} */
+  #hello = null;
 
   /** @param {string} url of the room at a server @param {Pick<Listener, "onText" | "onRefused">} listener */
   constructor(url, listener) {
@@ -33,18 +32,18 @@ export class Connection {
 
   async #enter() {
     try {
-      const reply = /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(boardIn(this.room))}`));
-      const { boards: [listed] } = /** @type {BoardList} */ (await getJson(`boards?digest=${reply.digest}`));
-      const solver = await solving;
-      const { board, digest } = reply;
-      const hello = /** @type {Hello} */ ({
+      if (typeof WebAssembly === "undefined") throw new Error("a room on this device needs WebAssembly");
+      const name = encodeURIComponent(boardIn(this.room));
+      const [reply, list] = await Promise.all([getJson(`boards/${name}`), getJson("boards")]);
+      const { board, digest } = /** @type {BoardReply} */ (reply);
+      const listed = /** @type {BoardList} */ (list).boards.find((each) => each.digest === digest);
+      this.#hello = /** @type {Hello} */ ({
         type: "hello", protocol: PROTOCOL, room: this.room, board, board_name: board.name, board_digest: digest,
         slots: board.drop.slots ?? [], mode: "independent", tick_rate: RATE, tick: this.#tick, seq: 0, stream: SEEDS,
         physics_version: PHYSICS_VERSION, limits: { balls: MOST_BALLS }, balls: /** @type {Hello["balls"]} */ ([]),
         stats: { histogram: board.bins.multipliers.map(() => 0) }, stakes: listed?.stakes ?? false,
       });
-      this.#open = { hello, solver };
-      this.#tell(hello);
+      this.#tell(this.#hello);
     } catch (error) {
       this.listener.onRefused(messageOf(error));
     }
@@ -59,21 +58,24 @@ export class Connection {
    * @param {Record<string, any>} message a drop with a stake has its session, and its number there
    * @returns {boolean} false before the hello
    */
-  send({ type, t, ref, seed = randomSeed(), aim, stake, session, drop }) {
-    if (!this.#open) return false;
-    if (type === "ping") this.#tell({ type: "pong", t });
-    if (type !== "drop") return true;
+  send(message) {
+    if (!this.#hello) return false;
+    if (message.type === "ping") this.#tell({ type: "pong", t: message.t });
+    if (message.type === "drop") void this.#drop(message, this.#hello);
+    return true;
+  }
+
+  /** @param {Record<string, any>} message @param {Hello} hello */
+  async #drop({ ref, seed = randomSeed(), aim, stake, session, drop }, { board }) {
+    const { digest } = (await openOnce()).drop(board, { seed, aim });
     const ball = this.#balls;
     this.#balls += 1;
-    const { hello: { board }, solver } = this.#open;
-    const { digest } = solver.drop(board, { seed, aim });
     const start = { ball, seed, tick: this.#tick, ...(aim !== undefined && { aim }) };
     const receipt = { session, drop, stake, ball, seed, aim: aim ?? null };
     this.#tell(
       { type: "accepted", ref, ...start, ...(session ? { stake, receipt: { receipt } } : { practice: true }) },
       { type: "landed", ball, digest },
     );
-    return true;
   }
 
   /** @param {...object} events received after `send` has returned, as over a network */

@@ -5,9 +5,11 @@ import { openSolver } from "../solver/solver.js";
 
 export const ON_DEVICE = "device-"; // begins the id of each session
 
-/** Computes the results. */
-export const solving = openSolver();
-solving.catch(() => {}); // a failure is shown when the solver is needed
+/** @type {ReturnType<typeof openSolver> | null} */
+let opening = null;
+
+/** Computes the results; opened for the first one. */
+export const openOnce = () => (opening ??= openSolver());
 
 /** @param {string} room @returns {string} the name or the digest of the board that is played there */
 export const boardIn = (room) => (room === MAIN_ROOM ? MAIN_BOARD : room);

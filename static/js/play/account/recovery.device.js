@@ -3,7 +3,7 @@
 import { payoutOf } from "../../model/payout.js";
 import { knownDrops, MINOR_UNITS } from "../../model/player/account.js";
 import { ApiError, getJson } from "../../net/api.js";
-import { boardIn, ON_DEVICE, solving } from "../../net/device.js";
+import { boardIn, ON_DEVICE, openOnce } from "../../net/device.js";
 
 /** @import { OpenDrop, Played } from "../../model/player/account.js" */
 /** @import { BoardReply } from "../../net/replies.js" */
@@ -53,7 +53,7 @@ export class Recovery {
     try {
       const reply = /** @type {BoardReply} */ (await getJson(`boards/${encodeURIComponent(name)}`));
       if (seed === undefined) return null;
-      const { bin, score, digest } = (await solving).drop(reply.board, { seed, aim });
+      const { bin, score, digest } = (await openOnce()).drop(reply.board, { seed, aim });
       return {
         board: name, boardDigest: reply.digest, name: reply.board.name, seed, x: null, aim, stake: stake / MINOR_UNITS,
         paid: payoutOf(stake, score) / MINOR_UNITS, practice: false, bin, score, digest, fair: { session, drop },
