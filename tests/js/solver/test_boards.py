@@ -33,7 +33,7 @@ def test_omitted_parts_have_the_server_s_defaults(run: Run) -> None:
 def test_a_moved_edge_stays_between_its_neighbours(run: Run) -> None:
     script = "({ moved }, [board, x]) => moved(board, { kind: 'edge', index: 3 }, x, 0).bins.edges"
     for x in (-100.0, 100.0):
-        edges = run(DRAFT, script, [BOARD, x])
+        edges = run("editor/draft/element.js", script, [BOARD, x])
         assert edges == sorted(edges)
         assert len(set(edges)) == len(edges)
         Board.from_json({**BOARD, "bins": {**BOARD["bins"], "edges": edges}})
