@@ -40,14 +40,16 @@ async function keepPages() {
   }
 }
 
-/** Caches the list of boards and the house table's presets; those of other worlds once they were opened. */
+/** Caches the list of boards and the house table's presets with their odds; others once they were opened. */
 async function keepBoards() {
   const cache = await caches.open(CACHE);
   const list = await fetch(reply("boards"));
   const { boards } = await list.clone().json();
   await cache.put(reply("boards"), list);
   for (const { world, name } of boards) {
-    if (world === "house") await cache.add(reply(`boards/${name}`));
+    if (world !== "house") continue;
+    await cache.add(reply(`boards/${name}`));
+    if (SITE) await cache.add(reply(`boards/${name}/odds`));
   }
 }
 
