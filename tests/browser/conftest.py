@@ -137,7 +137,8 @@ def quick_table(
 def holding(room: str, token: str) -> str:
     """A script for a page to run first, which gives it the owner's token of the room."""
     tokens = json.dumps(json.dumps({room: token}))
-    return f"sessionStorage.setItem('plinko.tokens.1', {tokens})"
+    setting = f"sessionStorage.setItem('plinko.tokens.1', {tokens})"
+    return f"if (location.protocol.startsWith('http')) {setting}"
 
 
 @dataclass
