@@ -7,9 +7,6 @@ import pytest
 
 from plinko.app.errors import SettingError
 from plinko.app.settings import Settings, not_settings, options, table
-from plinko.engine import Board, drop
-
-DOCS = Path(__file__).parents[2] / "docs" / "api.md"
 
 
 def test_flags_win_over_environment_and_both_over_defaults() -> None:
@@ -124,7 +121,3 @@ def test_wrong_types_and_unknown_flags_are_refused() -> None:
 def test_the_table_has_every_setting() -> None:
     assert [row.name for row in options()] == [field.name for field in dataclasses.fields(Settings)]
     assert all(f"| `{row.variable}` |" in table() for row in options())
-
-
-def test_the_documented_drop_is_the_engines_own() -> None:
-    assert f'etag: "{drop(Board.preset("triangle-8"), 42).digest}"' in DOCS.read_text()

@@ -110,22 +110,6 @@ async def test_drops_that_another_physics_cannot_land_are_refunded(
             assert "physics version is" in str(result.unsettled)
 
 
-async def test_drops_of_another_tick_rate_land_before_a_fresh_start(url: str) -> None:
-    async with living(url) as life:
-        own = await life.rooms.create(BOARD, INDEPENDENT)
-        await busy(life, own, range(4))
-        number = life.rooms.persistence.runs.of(own.room).number
-    async with living(url, tick_rate=50) as life:
-        again = await life.rooms.seek(own.id)
-        assert again.owned
-        assert (again.room.tick_rate, again.room.input_count) == (50, 0)
-    for row, result in kept(url, number):
-        assert result is not None
-        alone = drop(BOARD, row.seed)
-        assert result.digest == alone.digest
-        assert result.payout == payout_of(row.stake, alone.score)
-
-
 @on_sqlite
 async def test_main_with_another_board_lands_its_balls_and_restarts(url: str) -> None:
     async with living(url) as life:
@@ -275,7 +259,7 @@ async def test_one_damaged_room_is_set_aside_and_the_rest_play(
         async with living(url) as life:
             await life.back()
             for _ in range(2):
-                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is set aside"):
+                with pytest.raises(DamagedRoomError, match=f"room '{played.own}' is unavailable"):
                     await life.rooms.seek(played.own)
             assert list(life.rooms.persistence.recovery.set_aside) == [played.own]
             main = await life.rooms.seek("main")
@@ -297,7 +281,7 @@ async def test_a_sleeping_damaged_room_is_set_aside_when_asked_for(url: str) -> 
     change(url, "UPDATE rooms SET checkpoint_drops = 7")
     async with living(url) as life:
         for room_id in (own.id, *names, *names):
-            with pytest.raises(DamagedRoomError, match="is set aside"):
+            with pytest.raises(DamagedRoomError, match="its record is damaged"):
                 await life.rooms.seek(room_id)
         assert set(life.rooms.persistence.recovery.set_aside) == {own.id, *names}
         await life.drop(await life.rooms.seek("triangle-9"), 1)
