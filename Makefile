@@ -143,7 +143,7 @@ docs: $(VENV)/.stamp-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet $(SPHINX_ARGS) -d .cache/doctrees docs build/site
 	@echo 'build/site/index.html'
 
-# The pages, which then lead to the game in the folder play/.
+# The pages, of which the first then shows the game in the folder play/.
 site: SPHINX_ARGS := -t game
 site: docs
 	$(BIN)/plinko site build/site/play

@@ -78,10 +78,18 @@ def _draw(_app: Sphinx, page: str, source: list[str]) -> None:
     source[0] = re.sub(r"\]\(measured/([\w-]+)\.json\)", r"](measured.md#\1)", source[0])
 
 
+GAME = """\
+<iframe src="play/" title="The table" loading="lazy"
+  style="width: 100%; height: 40rem; border: 0; border-radius: 0.5rem"></iframe>
+<p><a href="play/">Play on a page of its own</a></p>
+"""
+
+
 def _with_game(app: Sphinx, page: str, _: str, context: dict[str, str], __: object) -> None:
-    """`make site` builds with the tag `game`: the first page then leads to the game next to it."""
+    """`make site` builds with the tag `game`: the first page then shows the game next to it."""
     if page == "index" and app.tags.has("game"):
-        context["body"] = '<p class="game"><a href="play/">Play here</a></p>' + context["body"]
+        heading, end, rest = context["body"].partition("</h1>")
+        context["body"] = heading + end + GAME + rest
 
 
 def setup(app: Sphinx) -> None:
