@@ -190,7 +190,7 @@ def test_a_drawer_that_cannot_be_fetched_says_so_and_opens_later(
 ) -> None:
     complaints.allow("net::ERR_FAILED")
     screen = opened(quick.page, viewport={"width": 390, "height": 844}).ready()
-    for code, key, drawer in (("panels/sheet", "g", "game"), ("panels/instruments", "l", "lab")):
+    for code, key, drawer in (("panels/sheet", "g", "game"), ("panels/fit", "l", "lab")):
         screen.page.route(f"**/{code}*.js", lambda route: route.abort())
         screen.page.keyboard.press(key)
         expect(screen.result).to_have_text("This part could not be loaded. Please try again.")
