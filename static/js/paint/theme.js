@@ -65,7 +65,7 @@ export class Theme {
   /** @returns {Promise<Theme>} */
   static async load() {
     const response = await fetch(new URL("../../theme.json", import.meta.url));
-    if (!response.ok) throw new Error(`theme.json: ${response.status}`);
+    if (!response.ok) throw new Error(`theme.json could not be loaded: HTTP status ${response.status}`);
     return new Theme(await response.json());
   }
 
