@@ -141,8 +141,8 @@ def _compare(worker: str, theirs: dict[str, Any], ours: dict[str, Any] | None = 
     for key, name in names.items():
         if theirs.get(key) != ours[key]:
             raise ClusterError(
-                f"the worker {worker} has {name} {theirs.get(key)}, this process {ours[key]}: "
-                "install the same release of plinko-sim there",
+                f"the worker {worker} has {name} {theirs.get(key)}, but this process has "
+                f"{ours[key]}: install the same release of plinko-sim there",
                 field="cluster",
             )
 
@@ -220,7 +220,7 @@ class Cluster:
 
 def _gone() -> ClusterError:
     return ClusterError(
-        "the scheduler is gone, and the unfinished calls with it: start another and run again; a "
+        "the scheduler is gone, and the unfinished calls are lost: start another and run again; a "
         "batch with --resume keeps its finished blocks"
     )
 

@@ -136,7 +136,7 @@ def tally_of(form: Any) -> Tally:
         tally._hashes.fill(runs, hashes)
     except ValueError:
         raise RecordError(
-            f"hashes has {len(hashes)} of them, which do not belong to the blocks {shown(runs)}",
+            f"hashes has {len(hashes)} entries, which do not fit the blocks {shown(runs)}",
             field="hashes",
         ) from None
     histogram = [whole(each, "histogram", job.drops) for each in listed(form, "histogram")]

@@ -368,7 +368,7 @@ def _placed(
             continue
         if (value.dtype, value.ndim) != array_type:
             raise TypeError(
-                f"{name} takes no array of {value.dtype} in {value.ndim} dimensions: {kind}"
+                f"{name} takes an array {kind}, not {value.dtype} in {value.ndim} dimensions"
             )
         array = value if value.flags.c_contiguous else np.ascontiguousarray(value)
         numbers += (0, 0, array.size, array.itemsize, at, *array.shape, *array.strides)

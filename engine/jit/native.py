@@ -52,7 +52,7 @@ def is_forbidden() -> bool:
 def _library() -> str:
     """The name of the library for this machine. Raises NoNativeCodeError."""
     if os.environ.get(SWITCH) == "0" or IS_OFF:
-        raise NoNativeCodeError(f"{SWITCH if not IS_OFF else JIT_SWITCH} says so")
+        raise NoNativeCodeError(f"{SWITCH if not IS_OFF else JIT_SWITCH} turns native code off")
     machine = platform.machine()
     if sys.platform == "linux" and machine == "aarch64":
         return machine
@@ -100,7 +100,7 @@ def _array(name: str, kind: str, value: Any) -> list[int]:
     """The numbers that numba's code takes for an array."""
     fits = f"{value.dtype.str[1:]}:{value.ndim}" == kind
     if not fits or not value.flags.c_contiguous:
-        raise TypeError(f"{name} takes an array {kind} without gaps, no {value.dtype}")
+        raise TypeError(f"{name} takes an array {kind} without gaps, not {value.dtype}")
     address: int = value.ctypes.data
     return [0, 0, value.size, value.itemsize, address, *value.shape, *value.strides]
 
@@ -114,7 +114,9 @@ def load() -> dict[str, Callable[..., None]]:
         if not source_hash.is_of(source_hash.current(), said):
             raise NoNativeCodeError("native code is out of date; run `make kernels`")
         if sha256(path.read_bytes()).hexdigest() != said["libraries"][name]:
-            raise NoNativeCodeError(f"{path.name} is not the one that was made")
+            raise NoNativeCodeError(
+                f"{path.name} has changed since it was made; run `make kernels`"
+            )
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise NoNativeCodeError(f"{path.name} cannot be loaded: {error}") from None

@@ -62,7 +62,9 @@ def read(module: bytes) -> dict[str, Any]:
     """The stamp and other data of an artifact. Raises ValueError if it has none."""
     content = custom(module, SECTION)
     if content is None:
-        raise ValueError(f"the module has no section {SECTION!r}: it is not made by `make kernels`")
+        raise ValueError(
+            f"the module has no section {SECTION!r}: it was not made by `make kernels`"
+        )
     said: dict[str, Any] = json.loads(content)
     return said
 

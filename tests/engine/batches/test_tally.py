@@ -122,7 +122,7 @@ def test_a_job_comes_back_from_its_json(solver: Exact | Stepped, aim: float | No
         ({"board": FORM | {"drag": 0.25}}, "board_digest"),
         ({"asked": "many"}, "'many'"),
         ({"solver": "none"}, "'none'"),
-        ({"blocks": [[0, 2]]}, "do not belong"),
+        ({"blocks": [[0, 2]]}, "do not fit the blocks"),
         ({"blocks": [[0, 1], [0, 1], [2, 3]]}, "without overlap"),
         ({"blocks": [[0, 2], [3, 4]]}, "without overlap"),
         ({"histogram": [1, 2, 3]}, "count 6 drops"),

@@ -104,7 +104,7 @@ def test_a_board_kept_in_memory_neither_changes_nor_mixes() -> None:
 
 
 def test_another_kind_of_array_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"sample takes no array of float32 in 2 dimensions: f8:2"):
+    with pytest.raises(TypeError, match=r"sample takes an array f8:2, not float32 in 2 dimensions"):
         sampled(np.zeros((4, body.SIZE), np.float32))
 
 

@@ -116,7 +116,7 @@ def test_code_with_another_bit_is_not_trusted(
 @pytest.mark.parametrize(
     ("name", "change", "reason"),
     [
-        ("switch", lambda patch: patch.setenv(native.SWITCH, "0"), "PLINKO_NATIVE says so"),
+        ("switch", lambda patch: patch.setenv(native.SWITCH, "0"), "PLINKO_NATIVE turns native"),
         ("system", lambda patch: patch.setattr("sys.platform", "plan9"), "no native code for this"),
         ("flags", lambda patch: patch.setattr(native, "_flags", set), "no native code for this"),
         ("sources", lambda patch: patch.setattr(source_hash, "current", lambda: {"sources": ""}),
@@ -148,7 +148,7 @@ def test_a_library_that_has_changed_is_not_loaded(
     for path in LIBRARIES:
         (tmp_path / path.name).write_bytes(path.read_bytes() + b"\0")
     monkeypatch.setattr(native, "FOLDER", tmp_path)
-    with pytest.raises(native.NoNativeCodeError, match="not the one that was made"):
+    with pytest.raises(native.NoNativeCodeError, match="has changed since it was made"):
         native.load()
 
 
