@@ -300,7 +300,7 @@ def open_ledger(server: Services) -> None:
     found = orphans(server.ledger.database, server.tokens.mark, time.time())
     if found.rooms or found.sessions:
         _log.error(
-            "the secret of tokens is another one than before: the owners of %d open rooms and the "
+            "the secret of tokens has changed: the owners of %d open rooms and the "
             "players of %d open sessions get 403; restore it from a backup (%s, or PLINKO_SECRET)",
             found.rooms,
             found.sessions,

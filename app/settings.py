@@ -228,7 +228,9 @@ class Settings:
             if (file := _file_of(name, environ)) is not None:
                 if name in values:
                     variable = ENV_PREFIX + name.upper()
-                    raise SettingError(f"{variable} and {variable}_FILE are both set", field=name)
+                    raise SettingError(
+                        f"{variable} and {variable}_FILE are both set: set only one", field=name
+                    )
                 values[name] = _read(name, file)
         for name, value in (overrides or {}).items():
             if name not in known:

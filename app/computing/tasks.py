@@ -157,7 +157,7 @@ def frames(ask: Ask, fps: float) -> bytes:
     if count > MAX_FRAMES:
         raise InvalidValueError(
             f"fps {fps:g} makes {count} frames of a drop of {done.duration:g} s; "
-            f"at most {MAX_FRAMES}",
+            f"at most {MAX_FRAMES} are allowed",
             field="fps",
         )
     times = np.arange(count) / fps

@@ -98,7 +98,7 @@ def _typed(values: Mapping[str, object], kind: type[Kind]) -> Kind:
         raise RecordError(f"{kind.KIND}: {error}", field=kind.KIND) from error
     if found.to_dict() != values:
         raise RecordError(
-            f"{kind.KIND}: must have this kind, version {VERSION}, and no other fields",
+            f"a {kind.KIND} must have this kind, version {VERSION}, and no other fields",
             field=kind.KIND,
         )
     return found

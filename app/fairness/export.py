@@ -104,8 +104,8 @@ def with_heard(fields: JsonObject, reply: JsonObject) -> JsonObject:
     if isinstance(reply.get("receipt"), dict):
         return {**fields, "heard": [*fields.get("heard", ()), reply["receipt"]]}
     raise RecordError(
-        "the kept reply must be one to POST sessions, with a statement and its signature, or one "
-        "to a drop in a session, with a receipt",
+        "the kept reply has neither a statement with its signature nor a receipt: give the reply "
+        "to POST sessions or to a drop in a session",
         field="heard",
     )
 

@@ -156,7 +156,7 @@ class Arriving:
             self._leases.drop(room_id)
             raise
         if self._leases.of(room_id) != lease:
-            raise LeaseLostError(f"room {room_id!r} was taken by another server", field="room")
+            raise LeaseLostError(f"another server has taken room {room_id!r}", field="room")
         if room is None:
             self._leases.let_go(room_id)
             return None

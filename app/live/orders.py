@@ -70,8 +70,8 @@ class Orders:
         """Raise HaltedError if this room is halted."""
         if self.holds(room_id):
             raise HaltedError(
-                f"room {room_id!r} is halted by the operator of this server: it takes no drops "
-                "now; balls in flight land and pay",
+                f"the operator of this server has halted room {room_id!r}: it takes no drops now; "
+                "balls in flight land and pay",
                 field="room",
             )
 

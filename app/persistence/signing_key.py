@@ -140,7 +140,7 @@ class SigningKey:
                 field="data",
             )
         raise SettingError(
-            f"{place.name} {'is missing' if missing else 'is another key'}: it must have the key "
+            f"{place.name} {'is missing' if missing else 'has another key'}: it must have the key "
             "that signed this ledger's sessions and receipts; restore it from the backup that has "
             "this ledger, or, if no copy is left, run `plinko ledger rotate-key --lost`",
             field="data",
@@ -240,7 +240,7 @@ def _read(file: Path) -> bytes | None:
     if len(key) != _BYTES:
         raise SettingError(
             f"the key in {file} is not {2 * _BYTES} hexadecimal digits; restore it from a backup, "
-            "because signatures made with it can be checked only against it",
+            "because signatures made with the key can be checked only against it",
             field="data",
         )
     return key

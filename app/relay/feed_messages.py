@@ -52,7 +52,9 @@ class FeedMessage:
 def decode(data: bytes) -> FeedMessage:
     """Parse a message; raises MalformedError."""
     if len(data) < _HEADER.size:
-        raise MalformedError(f"a message of {len(data)} bytes is too short: {_HEADER.size} or more")
+        raise MalformedError(
+            f"a message of {len(data)} bytes is too short: at least {_HEADER.size} are needed"
+        )
     kind, feed, number, tick, tick_time, now = _HEADER.unpack_from(data)
     return FeedMessage(kind, feed, number, tick, tick_time, now, data[_HEADER.size :])
 

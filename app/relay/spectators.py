@@ -171,7 +171,9 @@ class Spectator:
             if message["type"] == "websocket.disconnect":
                 raise WebSocketDisconnect(message.get("code", 1005))
             if not self._messages.take(self._here.clock()):
-                raise MessageFloodError(f"more than {self._messages.rate:g} messages a second")
+                raise MessageFloodError(
+                    f"more than {self._messages.rate:g} messages a second; send fewer"
+                )
             said = message.get("text")
             if said is None:
                 raise MalformedError("a binary frame is not a message; send JSON in a text frame")

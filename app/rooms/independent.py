@@ -106,12 +106,12 @@ class IndependentRoom(Room):
     def check_place(self, coming: int) -> None:
         """Raise BallLimitError if the table is full; `coming` drops are on their way."""
         if self.world.count + coming >= self.max_balls:
-            raise BallLimitError(f"room {self.id!r} already holds {self.max_balls} balls")
+            raise BallLimitError(f"room {self.id!r} already has {self.max_balls} balls")
         kept = self.events_kept
         if kept > MOST_EVENTS:
             raise BallLimitError(
-                f"room {self.id!r} keeps {kept} events of the balls in flight and takes no drop "
-                f"above {MOST_EVENTS}: wait until balls have landed"
+                f"the balls in flight in room {self.id!r} have {kept} events, more than "
+                f"{MOST_EVENTS}: wait until balls have landed"
             )
 
     def check_start(self, command: DropCommand, *, fair: bool) -> None:

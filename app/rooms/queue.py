@@ -31,7 +31,7 @@ class Queue(msgspec.Struct, frozen=True, omit_defaults=True):
     def with_item(self, balls: int, every: float, tag: Tag) -> "Queue":
         """The queue with another item at its end; raises BallLimitError if the queue is full."""
         if len(self.items) >= MOST_ITEMS:
-            raise BallLimitError(f"{MOST_ITEMS} items wait already, which is the most")
+            raise BallLimitError(f"the queue already has {MOST_ITEMS} items, the limit")
         waiting = sum(item.balls for item in self.items)
         if waiting + balls > MOST_WAITING:
             raise BallLimitError(

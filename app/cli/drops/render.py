@@ -177,7 +177,7 @@ def _check_many(
 def _seeds(first: str | None, count: int, kind: str) -> range:
     """Raises UsageError if `count` is below 1, SeedError if any seed is invalid."""
     if count < 1:
-        raise click.UsageError(f"--{kind} {count}: the number of drops is at least 1")
+        raise click.UsageError(f"--{kind} {count}: the number of drops must be at least 1")
     start = common.read_seed(first or "0")
     common.read_seed(str(start + count - 1))
     return range(start, start + count)

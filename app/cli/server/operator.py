@@ -142,7 +142,7 @@ def ask(url: str, path: str, body: dict[str, object] | None, method: str = "POST
         raise SettingError(f"{url}: {said.get('detail', refused.code)}", field="url") from refused
     except OSError as missing:
         why = getattr(missing, "reason", missing)
-        raise SettingError(f"{url}: {why}", field="url") from missing
+        raise SettingError(f"{url} cannot be reached: {why}", field="url") from missing
 
 
 def _document(url: str, status: int, body: bytes) -> JsonObject:

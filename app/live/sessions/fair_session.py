@@ -69,14 +69,14 @@ class FairSession:
             )
         if self.board_digest != room.ground.digest:
             raise SessionStateError(
-                f"room {room.id!r} has another board than when session {self.id!r} began; end the "
-                "session and begin another",
+                f"the board of room {room.id!r} has changed since session {self.id!r} began; end "
+                "the session and begin another",
                 field="session",
             )
         if self.statement.get("draw_digest") != (room.draw and room.draw.digest):
             raise SessionStateError(
-                f"room {room.id!r} has another draw than when session {self.id!r} began; end the "
-                "session and begin another",
+                f"the draw of room {room.id!r} has changed since session {self.id!r} began; end "
+                "the session and begin another",
                 field="session",
             )
         self._check_open()

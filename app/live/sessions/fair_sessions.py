@@ -188,7 +188,7 @@ class FairSessions:
         seed = parse_hex(client_seed, "seed")
         if commitment(seed).hex() != session.statement["client_commitment"]:
             raise InvalidValueError(
-                "the seed is not the one that was committed to: its SHA-256 differs",
+                "the seed does not match the commitment: its SHA-256 differs",
                 field="seed",
             )
         if session.end is not None or session.ending:

@@ -124,8 +124,8 @@ class Runner:
         kept, share = self._events_kept, MOST_EVENTS // max(1, len(self._awake))
         if kept > _EXCESS * MOST_EVENTS or (kept > MOST_EVENTS and room.events_kept > share):
             raise BusyError(
-                f"the balls in all rooms have {kept} events, of which room {room.id!r} keeps "
-                f"{room.events_kept}: it takes no drops now; try again when balls have landed"
+                f"the balls in all rooms have {kept} events, {room.events_kept} of them in room "
+                f"{room.id!r}, which takes no drops now; try again when balls have landed"
             )
 
     def wake(self, live: Running) -> None:

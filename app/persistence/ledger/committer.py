@@ -171,7 +171,7 @@ class Committer:
             there = self._database.has_batch()
         except Exception as error:  # noqa: BLE001 - the next turn asks again
             self._doubt = doubt
-            failure = LedgerError(f"the ledger cannot be asked what it has: {reason(error)}")
+            failure = LedgerError(f"the ledger does not say if it has the write: {reason(error)}")
             self._report(failure, self._queue.doubted(failure))
             return
         self._doubt = None

@@ -140,8 +140,9 @@ class Database:
                 self._lock = _lock_file(file)
                 if check and self._beside is not None and not file.exists() and self._beside.read():
                     raise LedgerError(
-                        f"there is no such file, but {self._beside.path}, which belongs to it: put "
-                        "the file back, or delete that one to begin an empty ledger"
+                        f"the file is missing, but {self._beside.path}, which belongs to it, is "
+                        f"there: put the file back, or delete {self._beside.path.name} to begin an "
+                        "empty ledger"
                     )
                 _make_private(file)
             connection = self._connected()
@@ -510,7 +511,7 @@ def _lock_database(connection: Connection, *, shared: bool) -> None:
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
         raise LedgerInUseError(
-            "another server uses it for itself alone" if shared else "another server uses it"
+            "another server uses it exclusively" if shared else "another server uses it"
         ) from None
 
 

@@ -215,8 +215,8 @@ class Ledger:
         if task.done():
             return task.result()
         raise UndecidedError(
-            "the ledger does not answer, so it is not known yet whether this was done; it is not "
-            "lost: ask again with the same key",
+            "the ledger does not answer, so it is not known yet whether this was done; send the "
+            "same request again, with the same key",
             retry_after=self.patience,
             outcome=task,
         )

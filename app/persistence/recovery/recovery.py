@@ -170,7 +170,9 @@ class Recovery:
         room = await self._table(row, kept)
         record = self._record(row, least=state.last)
         if state.last > row.tick:
-            raise DamagedRoomError(f"drop {state.drops - 1} has tick {state.last}, after the run's")
+            raise DamagedRoomError(
+                f"drop {state.drops - 1} has tick {state.last}, but its run is at tick {row.tick}"
+            )
         landed = await asyncio.to_thread(load_table, room, state, record.clock.tick)
         await self._runs.leases.confirm(row.id)
         self._runs.begin(row.id, record)

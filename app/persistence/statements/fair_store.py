@@ -231,8 +231,8 @@ def exported(connection: Connection, session_id: str) -> Exported | None:
     (row, count, _), drops = found, _drops(connection, session_id)
     if len(drops) < count:
         raise PrunedError(
-            f"drops of session {session_id!r} are older than this server keeps them, and were "
-            "deleted; receipts and exports that you have stay provable",
+            f"the server has deleted old drops of session {session_id!r}; receipts and exports "
+            "that you have stay provable",
             field="session",
         )
     log = drops[0][0].log if drops else _log_of(connection, row)

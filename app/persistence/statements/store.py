@@ -157,8 +157,8 @@ def _check_pruned(connection: Connection, run: int, number: int) -> None:
     pruned = connection.scalar(select(tables.rooms.c.pruned).where(tables.rooms.c.number == run))
     if pruned is not None and number < pruned:
         raise PrunedError(
-            f"drops up to number {pruned - 1} of this room are older than this server keeps them, "
-            f"and were deleted; ask for those from {pruned} on (first={pruned})",
+            f"the server has deleted the old drops of this room, up to number {pruned - 1}; "
+            f"request those from {pruned} on (first={pruned})",
             field="first",
         )
 

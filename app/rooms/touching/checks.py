@@ -146,7 +146,7 @@ class InputCheck:
     def _check_place(self, spot: Spot) -> None:
         count = self.world.count + len(self.coming)
         if count >= self.max_balls:
-            raise BallLimitError(f"room {self.room_id!r} already holds {self.max_balls} balls")
+            raise BallLimitError(f"room {self.room_id!r} already has {self.max_balls} balls")
         settings = self.world.arena.settings
         values.check_work(count + 1, settings.dt, settings.substeps, self.tick_rate)
         check_room(spot, self.world.bodies, self.coming)

@@ -161,7 +161,7 @@ def _checked(values: JsonObject, max_balls: int) -> JsonObject:
     found: dict[str, Any] = checked(plain, ranges)
     if found["balls"] > max_balls:
         raise InvalidValueError(
-            f"balls {found['balls']}: a room holds at most {max_balls}", field="balls"
+            f"balls {found['balls']}: a room can have at most {max_balls}", field="balls"
         )
     found["seed"] = str(parse_seed(values["seed"]))
     if "radii" in values:
@@ -173,12 +173,12 @@ def _checked(values: JsonObject, max_balls: int) -> JsonObject:
 def _radii(value: object) -> list[float]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise InvalidValueError(
-            f"radii {shorten(value)} is not a list of two radii, least and greatest", field="radii"
+            f"radii {shorten(value)} is not a list of two radii, the smaller first", field="radii"
         )
     low, high = (BALL["radius"].check(radius, "radii") for radius in value)
     if low > high:
         raise InvalidValueError(
-            f"radii {shorten(value)}: the least is above the greatest", field="radii"
+            f"radii {shorten(value)}: the smaller must come first", field="radii"
         )
     return [low, high]
 

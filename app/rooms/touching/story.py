@@ -130,7 +130,7 @@ def _change(asked: JsonObject, where: str) -> wire.Change:
         raise InvalidValueError(f"{where}.input: {error}", field=f"{where}.input") from error
     if isinstance(change, wire.ResetMessage):
         raise InvalidValueError(
-            f"{where}.input is a reset: leave it and all inputs before it out",
+            f"{where}.input is a reset: leave out the reset and all inputs before it",
             field=f"{where}.input",
         )
     return change

@@ -248,7 +248,9 @@ class Front:
         if host is not None and b"," in host:
             named = sum(name == b"host" for name, _ in scope["headers"])
             if named > 1:
-                raise HeadError(f"{named} Host lines, instead of one", field="host")
+                raise HeadError(
+                    f"the request has {named} Host headers; it must have one", field="host"
+                )
         self._hosts.check(None if host is None else host.decode("latin-1"))
         if b"origin" in fields and (
             scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS

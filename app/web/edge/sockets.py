@@ -64,7 +64,9 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         """Handle the received frames, unless there are too many."""
         count = len(self.conn.events)
         if self._frames.left(self.loop.time()) < count:
-            self._end(MessageFloodError(f"more than {self._frames.rate:g} frames a second"))
+            self._end(
+                MessageFloodError(f"more than {self._frames.rate:g} frames a second; send fewer")
+            )
             return
         self._frames.charge(count)
         super().handle_events()
@@ -74,7 +76,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
         if len(self.frames) < _MOST_FRAGMENTS:
             super().handle_cont(event)
         elif not self.close_sent:
-            self._end(MessageFloodError(f"a message of more than {_MOST_FRAGMENTS} fragments"))
+            self._end(MessageFloodError(f"a message has more than {_MOST_FRAGMENTS} fragments"))
 
     def handle_ping(self) -> None:
         """Send the pong only if the client reads; not every ping needs one (RFC 6455, 5.5.3)."""

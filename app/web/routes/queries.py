@@ -73,6 +73,7 @@ def check_queries(given: QueryParams, known: Collection[str]) -> None:
         values = given.getlist(name)
         if len(values) > 1:
             raise InvalidValueError(
-                f"{name} is given {len(values)} times: {', '.join(map(shorten, values[:3]))}",
+                f"{name} is given {len(values)} times: {', '.join(map(shorten, values[:3]))}; "
+                "give it once",
                 field=name,
             )

@@ -452,4 +452,4 @@ def test_a_player_over_rest_names_the_replies_that_they_kept(
     assert "not proven:" in capsys.readouterr().out
     dropped.write_text("{}")
     assert main(["verify", str(file), *heard]) == 2
-    assert "the kept reply must be" in capsys.readouterr().err
+    assert "the kept reply has neither" in capsys.readouterr().err

@@ -55,7 +55,7 @@ async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -
     live = rooms.find("main")
     accepted = await ask(live, 7)
     await rooms.orders.halt("main")
-    with pytest.raises(HaltedError, match="'main' is halted by the operator"):
+    with pytest.raises(HaltedError, match="the operator of this server has halted room 'main'"):
         await ask(live, 8)
     await ask(rooms.find("triangle-8"), 8)
     while run_pass(rooms.runner):

@@ -98,7 +98,7 @@ def test_the_queue_s_length_is_limited() -> None:
     full = EMPTY
     for _ in range(MOST_ITEMS):
         full = full.with_item(1, 1.0, NO_TAG)
-    with pytest.raises(BallLimitError, match=f"{MOST_ITEMS} items wait already"):
+    with pytest.raises(BallLimitError, match=f"already has {MOST_ITEMS} items"):
         full.with_item(1, 1.0, NO_TAG)
     heavy = EMPTY
     for _ in range(MOST_WAITING // MOST_BALLS):

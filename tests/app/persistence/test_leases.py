@@ -301,7 +301,7 @@ def test_sharing_and_unsharing_servers_exclude_each_other(
     one.close()
     two.close()
     alone.open()
-    with pytest.raises(SettingError, match="another server uses it for itself alone"):
+    with pytest.raises(SettingError, match="another server uses it exclusively"):
         Database(address, shared=True).open()
     alone.close()
 

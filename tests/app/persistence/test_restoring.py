@@ -455,7 +455,7 @@ def test_a_lost_or_changed_key_refuses_the_start_until_it_is_back(house: House) 
     assert not house.key.exists(), "no key is made in its place"
     assert house.ledger("restore") == 2
     house.key.write_text("ab" * 32 + "\n")
-    assert f"{house.key} is another key" in house.refusal()
+    assert f"{house.key} has another key" in house.refusal()
     house.key.write_bytes(kept)
     with house.open() as visit:
         visit.session(room)

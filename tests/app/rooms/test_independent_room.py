@@ -200,7 +200,7 @@ def test_a_full_room_takes_no_more_until_a_ball_has_landed() -> None:
     table = room(max_balls=2)
     table.drop(DropCommand(1))
     table.drop(DropCommand(2))
-    with pytest.raises(BallLimitError, match="already holds 2 balls"):
+    with pytest.raises(BallLimitError, match="already has 2 balls"):
         table.drop(DropCommand(3))
     play(table)
     table.drop(DropCommand(3))

@@ -333,7 +333,7 @@ def test_frames_and_watching_do_not_change_what_happens() -> None:
         (
             "reset",
             {"scene": {"scene": "sandbox", "radii": [0.3, 0.1]}},
-            "least is above the greatest",
+            "the smaller must come first",
         ),
         ("reset", {"scene": {"scene": "sandbox", "balls": 501}}, "at most 500"),
         (
@@ -358,7 +358,7 @@ def test_an_impossible_input_is_refused_with_its_value(
 
 def test_a_full_room_takes_no_ball_and_too_much_work_is_refused() -> None:
     room = box(most=3, balls=3)
-    with pytest.raises(BallLimitError, match="already holds 3 balls"):
+    with pytest.raises(BallLimitError, match="already has 3 balls"):
         tell(room, "add", x=0.0, y=1.0)
     large = box(balls=500, radii=[0.05, 0.05])
     with pytest.raises(InvalidValueError, match=f"more than {MOST_WORK}"):

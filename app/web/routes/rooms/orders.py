@@ -191,7 +191,9 @@ async def move_room(room: str, request: Request, server: Server) -> Response:
     check_operator(request, server, "moving a room")
     body = await read(request, MoveRequest)
     if server.others is None:
-        raise MissingPartError("this server is alone: rooms move between servers with a `--name`")
+        raise MissingPartError(
+            "this server is not in a cluster: only servers with a `--name` can move rooms"
+        )
     found = await server.rooms.seek(room)
     name = await server.others.move(found.id, body.to)
     await server.rooms.orders.give("move", found.id, body.to)

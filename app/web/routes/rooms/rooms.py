@@ -339,7 +339,9 @@ async def drop_into_room(
 async def _basis(request: Request, server: Services, body: RoomRequest) -> tuple[Basis, str]:
     """The basis of a requested room (its board, draw or scene), and its mode."""
     if (body.mode == DRAW) != (body.draw is not None):
-        raise InvalidValueError("a `draw` and the mode `draw` need each other", field="draw")
+        raise InvalidValueError(
+            "give a `draw` and the mode `draw` together, or neither", field="draw"
+        )
     if body.draw is not None:
         return await _draw(request, server, body, body.draw), DRAW
     if body.scene is None:

@@ -137,9 +137,9 @@ LEFT, RIGHT = DRAW["seeds"]
 @pytest.mark.parametrize(
     ("changes", "field", "words"),
     [
-        ({"draw": None}, "draw", "need each other"),
-        ({"mode": "independent"}, "draw", "need each other"),
-        ({"mode": "interacting"}, "draw", "need each other"),
+        ({"draw": None}, "draw", "draw` together"),
+        ({"mode": "independent"}, "draw", "draw` together"),
+        ({"mode": "interacting"}, "draw", "draw` together"),
         ({"board": None, "scene": "sandbox"}, "scene", "not a scene"),
         ({"draw": DRAW | {"weights": [1]}}, "draw.weights", "a list of 2"),
         (

@@ -133,7 +133,7 @@ def test_secrets_and_tokens_are_asked_for(http: httpx.Client, tiny: str) -> None
     closed = http.post(f"/api/v1/rooms/{tiny}/drops", json=drop, headers=shown)
     assert (closed.status_code, closed.json()["code"]) == (409, "session-state")
     wrong = http.post(f"{address}/opening", json={"seed": "00" * 32}, headers=shown)
-    assert "not the one that was committed to" in wrong.json()["detail"]
+    assert "the seed does not match the commitment" in wrong.json()["detail"]
     assert http.post(f"{address}/end").status_code == 401
     assert http.post(f"{address}/end", headers=bearer("x")).status_code == 403
 

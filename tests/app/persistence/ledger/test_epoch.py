@@ -94,7 +94,7 @@ def test_a_log_that_was_cut_taken_away_or_harmed_is_noticed(
 
 def test_a_file_that_is_gone_is_no_empty_start(killed: Path) -> None:
     killed.unlink()
-    with pytest.raises(SettingError, match=r"no such file, but .*db-epoch, which belongs to it"):
+    with pytest.raises(SettingError, match=r"file is missing, but .*db-epoch, which belongs to it"):
         start(url_of(killed))
     assert not killed.exists()
 

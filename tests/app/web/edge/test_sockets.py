@@ -68,7 +68,7 @@ def test_a_message_s_fragments_are_limited() -> None:
     server.feed(line, whole)
     assert not line.closed
     server.feed(line, framed(CONTINUATION, b"a"))
-    assert closing(line) == (1008, "a message of more than 64 fragments")
+    assert closing(line) == (1008, "a message has more than 64 fragments")
 
 
 def test_a_client_that_does_not_read_gets_no_pongs() -> None:
