@@ -54,6 +54,17 @@ def test_little_comes_before_the_first_drop_and_nothing_moves(
     assert shifted <= 0.02
 
 
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])
+def test_no_drawer_covers_the_board_before_the_first_script(
+    browser: Browser, server: ServerProcess, width: int, height: int
+) -> None:
+    page = browser.new_page(viewport={"width": width, "height": height}, java_script_enabled=False)
+    page.goto(server.url)
+    expect(page.locator(".stage")).to_be_visible()
+    expect(page.locator("#sheet")).to_be_hidden()
+    page.close()
+
+
 def test_nothing_moves_when_the_browser_paints_half_the_page(
     browser: Browser, server: ServerProcess, complaints: Complaints
 ) -> None:

@@ -20,7 +20,7 @@ export function showTray(game, theme) {
   const histogram = new Histogram(byId("histogram", HTMLCanvasElement), theme);
   let wanted = game.storage.getItem(PILE_KEY) !== "off";
   let fetched = false;
-  let shown = "";
+  let shown = byId("tray-count").textContent;
   let shownMs = 0;
 
   const showSwitch = () => byId("pile").setAttribute("aria-pressed", String(wanted));
