@@ -1,12 +1,16 @@
 """On boards whose walls come in pieces, every drop keeps to the surface and gains no energy."""
 
+from dataclasses import replace
+
 import pytest
 
 from plinko.engine.board.model import Board
+from plinko.engine.board.parts import Wall
 from plinko.engine.drops.trajectory import Trajectory, at_start, follow
 from plinko.engine.parameters import Exact
+from plinko.engine.physics import body
 from tests.long import tries
-from tools.boards.checked_drops import check_drops, compare_drops, is_sure
+from tools.boards.checked_drops import check_drops, check_paths, compare_drops, is_sure
 from tools.boards.wall_boards import seeds_of, wall_board, wall_pair
 
 BOARDS = 300
@@ -40,11 +44,27 @@ def test_most_drops_on_whole_walls_are_sure_enough_to_compare() -> None:
     assert sum(sure) > 0.5 * len(sure)
 
 
+def test_the_comparison_sees_a_wall_that_is_not_the_same() -> None:
+    whole, _ = wall_pair(0)
+    first, *others = whole.walls
+    moved = whole.replace(walls=[Wall(first.x1, first.y1, first.x2, first.y2 + 1e-6), *others])
+    assert compare_drops(whole, moved, range(50))
+
+
+def test_a_numbered_board_is_always_the_same() -> None:
+    assert wall_board(7).digest == wall_board(7).digest
+    assert len({wall_board(number).digest for number in range(20)}) == 20
+
+
 # The check itself notices each kind of failure.
 
 
 def path_on(board: Board, x: float) -> Trajectory:
     return follow(board, at_start(board, x), Exact())
+
+
+def kinds_of(board: Board, path: Trajectory) -> set[str]:
+    return {failure.kind for failure in check_paths(board, [path])}
 
 
 @pytest.fixture
@@ -64,3 +84,35 @@ def slope() -> Board:
             "drop": {"x": -0.2},
         }
     )
+
+
+def test_a_true_path_passes_the_check(slope: Board) -> None:
+    assert kinds_of(slope, path_on(slope, -0.2)) == set()
+
+
+def test_the_check_sees_a_path_of_another_board(slope: Board) -> None:
+    """Played without the slope, or with a slope that lies elsewhere."""
+    moved = slope.replace(walls=(Wall(-0.5, 0.4, 0.5, 0.6), *slope.walls[1:]))
+    found = kinds_of(slope, path_on(moved, -0.2))
+    assert {"impact off its body", "contact off its body", "rides on nothing"} <= found
+    deeper = slope.replace(walls=(Wall(-0.5, 0.6, 0.5, 0.8), *slope.walls[1:]))
+    assert "depth" in kinds_of(slope, path_on(deeper, -0.2))
+
+
+def test_the_check_sees_energy_a_jump_and_a_wrong_bounce(slope: Board) -> None:
+    path = path_on(slope, -0.2)
+    faster = path.segments.copy()
+    faster[1, body.VY] *= 5.0
+    assert "energy" in kinds_of(slope, replace(path, segments=faster))
+    jumping = path.segments.copy()
+    jumping[1:, body.X] += 1e-8
+    assert "jump" in kinds_of(slope, replace(path, segments=jumping))
+    inwards = path.events.copy()
+    inwards[0, 4] = 1.0
+    assert "hits inwards" in kinds_of(slope, replace(path, events=inwards))
+
+
+def test_the_check_sees_a_ball_at_rest_in_mid_air(slope: Board) -> None:
+    path = path_on(slope, -0.2)
+    assert "rests on nothing" in kinds_of(slope, replace(path, outcome=1))
+    assert "event budget" in kinds_of(slope, replace(path, outcome=4))

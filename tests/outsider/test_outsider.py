@@ -3,6 +3,7 @@
 import ast
 import json
 import math
+import struct
 import sys
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,33 @@ def test_every_golden_path_is_decoded_to_the_last_bit_and_drawn(example: dict[st
     for drawn in example["drawn"]:
         pose = decoder.pose(knots[drawn["ball"]], drawn["at"], drawn["drag"])
         assert pose == pytest.approx(drawn["pose"], 1e-12)
+
+
+@pytest.mark.parametrize("data", ["", "50", "5001010000000000000000", "530100005802000011000000"])
+def test_data_that_is_no_snapshot_is_refused(data: str) -> None:
+    with pytest.raises((ValueError, struct.error)):
+        decoder.snapshot(bytes.fromhex(data), {}, 1.0)
+
+
+PATH = bytes.fromhex(PATHS[0]["hex"])
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        PATH[:15],
+        PATH[:-1],
+        PATH + b"\0",
+        b"\x50" + PATH[1:],
+        b"\x46\x02" + PATH[2:],
+        PATH[:16],
+    ],
+    ids=["nothing", "half a header", "a byte short", "one too many", "magic", "version", "header"],
+)
+def test_data_that_is_no_path_is_refused(data: bytes) -> None:
+    with pytest.raises((ValueError, struct.error)):
+        decoder.paths(data)
 
 
 def hello_of(room: IndependentRoom, stream: str) -> dict[str, Any]:
@@ -161,6 +189,14 @@ def test_a_drop_that_did_not_land_has_the_digest_of_one_way() -> None:
     assert checker.drop_digests(made.to_dict(), form).index(made.digest) == 1, "balanced"
     assert made.unsettled is not None
     assert made.unsettled.startswith("balanced")
+
+
+def test_a_record_that_was_changed_is_found_out() -> None:
+    form = Board.preset("triangle-8").to_dict()
+    record = json.loads(json.dumps(drop("triangle-8", 1).to_dict()))
+    record["impacts"][3][2] += 1e-12
+    record["bin"] += 1
+    assert {"digest", "landing", "bin"} <= set(checker.record_errors(record, form))
 
 
 @pytest.mark.parametrize("kind", LOGS)

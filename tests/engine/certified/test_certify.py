@@ -1,18 +1,24 @@
-"""The claims of a certificate."""
+"""The claims of a certificate; a wrong law or a tie must not pass as a proof."""
 
 from fractions import Fraction
+from itertools import count
+from typing import Any
 
 import pytest
 from flint import arb
 
 from plinko.engine import Board, ParameterError, SeedError, certify, drop
 from plinko.engine.board.parts import Bins, Peg, Wall
-from plinko.engine.certified import trace
-from plinko.engine.certified.balls import Proof, UndecidedError, precision
+from plinko.engine.certified import flight, impulse, spread, trace
+from plinko.engine.certified.balls import ZERO, Proof, UndecidedError, precision
 from plinko.engine.certified.certify import Effort, prove
+from plinko.engine.certified.contact import series as contact_series
+from plinko.engine.certified.contact import spread as contact_spread
 from plinko.engine.certified.many import certify_many
+from plinko.engine.certified.surfaces import Pair
 from plinko.engine.drops.start import start_of
 from tests.long import tries
+from tools.oracle import golden
 from tools.oracle.random_scenes import random_scene
 from tools.oracle.scenes import scene
 
@@ -37,6 +43,14 @@ def test_precision_is_doubled_until_all_is_decided() -> None:
     starved = certify(TRIANGLE, 42, effort=Effort(first_bits=30, most_bits=30))
     assert (starved.decided, starved.bin, starved.x_end, starved.agrees) == (False,) + (None,) * 3
     assert starved.undecided
+
+
+def test_a_proof_ends_when_its_time_is_over_and_says_so() -> None:
+    looks = count()
+    found = certify(TRIANGLE, 42, effort=Effort(seconds=50.0, clock=lambda: float(next(looks))))
+    assert found.undecided is not None
+    assert found.undecided.endswith(": undecided after 50 s, at 160 bits")
+    assert found.comparisons == 50
 
 
 def test_a_start_is_taken_to_all_its_digits() -> None:
@@ -80,6 +94,34 @@ def test_a_wide_start_is_followed_by_how_fast_its_paths_part(seed: int, digits: 
         for event, around in zip(inside.path.events, wide.path.events, strict=True):
             for name in ("t", "x", "y", "vx", "vy", "omega"):
                 assert getattr(around.state, name).contains(getattr(event.state, name))
+
+
+@pytest.mark.parametrize(
+    ("module", "law", "seed", "digits"),
+    [(spread, "_through_bounce", 4, 13), (contact_spread, "carried", 3, 26)],
+)
+def test_a_derivative_of_the_wrong_law_is_found_out(
+    monkeypatch: pytest.MonkeyPatch, module: Any, law: str, seed: int, digits: int
+) -> None:
+    """If the derivative is too small, the proven region does not contain the true paths."""
+    right = getattr(module, law)
+
+    def wrong(*parts: Any) -> Any:
+        after = right(*parts)
+        return after._replace(way=after.way / 2, along=after.along / 2, omega=after.omega / 2)
+
+    middle, radius = Fraction(start_of(TRIANGLE, seed, None)), Fraction(1, 10**digits)
+    inside = prove(TRIANGLE, middle + radius, effort=Effort(448))
+    assert inside.path is not None
+    monkeypatch.setattr(module, law, wrong)
+    try:
+        wide = prove(TRIANGLE, middle, radius, Effort(160, 160))
+    except ValueError:  # box and line are disjoint: the error is detected
+        return
+    assert wide.path is None or not all(
+        around.state.x.contains(event.state.x)
+        for event, around in zip(inside.path.events, wide.path.events, strict=False)
+    )
 
 
 def test_a_ball_in_perfect_balance_is_proven_to_rest() -> None:
@@ -161,6 +203,80 @@ def test_the_share_of_right_bins_is_counted() -> None:
 
 
 # With a law that is wrong by a sign, a factor or a bound, proofs must disagree with the oracle.
+
+
+def _traced(name: str, number: int) -> tuple[str, bool]:
+    """The events of an oracle's drop by the certified solver, and whether it encloses the end."""
+    head, drops = golden.load(name)
+    asked = drops[number]
+    with precision(160):
+        try:
+            board = Board.from_json(head["board"])
+            path = trace.trace(board, arb(asked.x), 160, Proof())
+        except UndecidedError:
+            return "", False
+        marks = " ".join(f"{e.kind}" if e.kind == 5 else f"{e.kind}:{e.index}" for e in path.events)
+        return marks, bool(path.events[-1].state.x.overlaps(arb(asked.x_end)))
+
+
+def _agrees(name: str, number: int) -> bool:
+    marks, enclosed = _traced(name, number)
+    return enclosed and marks == golden.load(name)[1][number].turns
+
+
+def test_the_right_laws_agree() -> None:
+    assert _agrees("triangle-16", 0)
+    assert _agrees("trial-12", 1)
+
+
+def test_a_bounce_with_friction_of_the_wrong_sign_does_not_agree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    right = impulse.bounce
+
+    def wrong(
+        approach: arb, along: arb, omega: arb, pair: Pair, radius: arb, proof: Proof
+    ) -> impulse.Rebound:
+        return right(approach, along, -omega, pair, radius, proof)
+
+    monkeypatch.setattr(trace, "bounce", wrong)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_drag_of_the_wrong_sign_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = flight.Flight.basis
+
+    def wrong(self: flight.Flight, s: arb) -> tuple[arb, arb, arb]:
+        decay, phi, psi = right(self, s)
+        return 2 - decay, 2 * s - phi, s * s - psi
+
+    monkeypatch.setattr(flight.Flight, "basis", wrong)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_rolling_with_another_share_of_gravity_does_not_agree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The inertia of a ring (factor 1/2) instead of a disc (2/3)."""
+    right = contact_series.Stretch._expand
+
+    def wrong(self: contact_series.Stretch, terms: int, proof: Proof) -> list[list[arb]]:
+        self.scene.gravity = self.scene.gravity * 3 / 4
+        try:
+            return right(self, terms, proof)
+        finally:
+            self.scene.gravity = self.scene.gravity * 4 / 3
+
+    monkeypatch.setattr(contact_series.Stretch, "_expand", wrong)
+    assert not _agrees("triangle-16", 0)
+
+
+def test_a_normal_force_without_centripetal_part_disagrees(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nothing = contact_series.Series([ZERO], ZERO)
+    monkeypatch.setattr(contact_series, "square", lambda series, end: nothing)
+    assert not _agrees("triangle-16", 0)
 
 
 def test_a_ball_on_walls_and_ends_goes_where_doubles_say() -> None:

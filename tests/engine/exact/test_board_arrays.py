@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,10 +22,13 @@ from plinko.engine.exact.outcome import MAX_EVENTS
 from plinko.engine.physics import surface
 from plinko.engine.seeding import start_x
 from plinko.engine.stepped.step import trace_stepped_many
+from plinko.engine.stepped.sweep import sweep
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board
 from tools.boards.wall_boards import wall_board, wall_boards
 
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
 BOARDS = ("triangle-8", "classic", "galton")
 
 
@@ -179,3 +183,36 @@ def grid_changes_nothing(board: Board, x: float) -> bool:
         count = min(int(log.counts[event_log.EVENTS]), 2000)
         results.append((outcome, log.events[:count].tobytes(), log.marks[:count].tobytes()))
     return results[0] == results[1]
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(-1e5, 1e5), st.floats(-1e5, 1e5))
+def test_a_sweep_finds_the_first_surface_on_a_straight_line(
+    x: float, y: float, vx: float, vy: float
+) -> None:
+    """Compare with samples along the line: the ball touches nothing before the end point."""
+    board = Board.preset("triangle-8")
+    arrays = gridless(board)
+    horizon = 0.5 / (math.hypot(vx, vy) + 1e-9)
+    gap = gaps(board, np.array([x]), np.array([y]))
+    if gap.min() < 0.0:
+        return
+    with np.errstate(over="ignore"):  # an infinite time means no impact
+        s, item, _ = sweep(arrays, 0, x, y, vx, vy, horizon, -1)
+    t = np.linspace(0.0, s, 400)
+    path = gaps(board, x + vx * t, y + vy * t)
+    assert path.min() > -1e-12
+    if item < 0:
+        assert s == horizon
+    else:
+        assert path[:, -1].min() < 1e-12
+
+
+def gaps(board: Board, x: Floats, y: Floats) -> Floats:
+    """Distance in m of a ball's centre at each place from each surface, shape (surfaces,
+    places)."""
+    rows = [np.hypot(x - p.x, y - p.y) - p.radius for p in board.pegs]
+    for w in board.walls:
+        tx, ty = w.x2 - w.x1, w.y2 - w.y1
+        along = np.clip(((x - w.x1) * tx + (y - w.y1) * ty) / (tx * tx + ty * ty), 0.0, 1.0)
+        rows.append(np.hypot(x - w.x1 - along * tx, y - w.y1 - along * ty))
+    return np.array(rows) - board.ball.radius

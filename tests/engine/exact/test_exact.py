@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from plinko.engine import Board, drop
-from plinko.engine.board.parts import Bins, Peg, Wall
+from plinko.engine.board.parts import Bins, DropZone, Peg, Wall
 from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
     KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,
     KIND_LANDING,
+    KIND_WALL,
 )
 from plinko.engine.drops.trajectory import Trajectory, at_start, follow
 from plinko.engine.exact import event_log
@@ -133,6 +134,30 @@ def test_every_preset_is_its_own_mirror_image() -> None:
             assert there.bin == board.bins.count - 1 - (here.bin or 0)
             for field, sign in (("t", 1.0), ("x", -1.0), ("y", 1.0), ("omega", -1.0)):
                 assert np.array_equal(here.impacts[field], sign * there.impacts[field])
+
+
+def test_a_ball_in_the_open_falls_by_the_closed_form() -> None:
+    zone = DropZone(0.3, -1.0, 0.0)
+    fall = drop(place(bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 2.0)), drop=zone), x=0.3)
+    assert fall.duration == pytest.approx(math.sqrt(8.0 / G), rel=1e-15)
+    assert (fall.bin, fall.score, fall.x_end) == (1, 2.0, 0.3)
+    slow = drop(place(bins=Bins(3.0, (-1.0, 0.0, 1.0), (1.0, 2.0)), drop=zone, drag=2.0), x=0.3)
+    t = slow.duration
+    assert G / 2.0 * t - G / 4.0 * -math.expm1(-2.0 * t) == pytest.approx(4.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
+def test_a_bouncing_ball_rests_after_the_geometric_series(e: float) -> None:
+    """Infinitely many bounces take a finite time: t0 (1 + e) / (1 - e) if the fall takes t0."""
+    board = place(walls=(Wall(-1.0, 1.0, 1.0, 1.0),), restitution=e)
+    rest = drop(board, x=0.0)
+    fall = math.sqrt(2.0 * (1.0 - board.ball.radius) / G)
+    assert rest.duration == pytest.approx(fall * (1.0 + e) / (1.0 - e), rel=1e-7)
+    assert rest.unsettled == "balanced: at rest on a surface"
+    bounces = rest.impacts[rest.impacts["kind"] == KIND_WALL]
+    speeds = -bounces["vy"]
+    assert np.allclose(speeds[1:] / speeds[:-1], e, rtol=1e-6)
+    assert rest.impacts["kind"][-1] == KIND_CONTACT_BEGIN
 
 
 def test_a_ball_hits_a_wall_s_end_as_a_disc_of_its_own_radius() -> None:

@@ -20,6 +20,7 @@ from plinko.engine.constants import (
 )
 from tests.long import tries
 from tools.oracle import OracleDrop, golden, oracle_drop
+from tools.oracle.golden import GoldenDrop
 from tools.oracle.random_scenes import random_scene
 from tools.oracle.scenes import accuracy_boards, scene
 
@@ -338,3 +339,16 @@ def test_states_between_events_are_the_oracles() -> None:
         for name in ("x", "y", "theta", "vx", "vy", "omega"):
             assert abs(float(getattr(truth, name) - float(state[name]))) < 1e-12, (t, name)
     assert {2, 3, 4} <= set(kinds(oracle))
+
+
+def test_a_golden_drop_keeps_what_the_comparison_needs() -> None:
+    """The comparison notices a wrong bin, a wrong event and a moved ball."""
+    name = "triangle-8"
+    board = accuracy_boards()[name]
+    kept: GoldenDrop = golden.load(name)[1][0]
+    impacts = drop(board, x=kept.x).impacts
+    moved = impacts.copy()
+    moved["x"][2] += 1e-9
+    assert max(golden.position_errors(kept, moved, FIRST_IMPACTS)) > WORST
+    moved["index"][2] += 1
+    assert golden.turns_of(moved).split()[: kept.sharp] != kept.turns.split()[: kept.sharp]

@@ -1,15 +1,21 @@
-"""The oracle keeps its promises: its digits, its paths and its amplification.
+"""The oracle is checked against itself and against formulas, before other tests rely on it."""
 
-The laws are those of the engine, which shares no code with it: test_exact_oracle.py compares them.
-"""
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
 
 import mpmath
 import pytest
 
 from benchmarks.scenes.contact_scenes import trial
-from plinko.engine.board.parts import Peg
+from plinko.engine.board.parts import Peg, Wall
 from plinko.engine.constants import (
+    KIND_CONTACT_BEGIN,
+    KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,
+    KIND_LANDING,
+    KIND_PEG,
+    KIND_WALL,
 )
 from tests.long import tries
 from tools.oracle import Event, OracleDrop, OracleError, oracle_drop
@@ -17,11 +23,106 @@ from tools.oracle.scenes import scene
 
 mp = mpmath.MPContext()
 mp.dps = 70
+G = mp.mpf(9.81)
 DIGITS = mp.mpf(10) ** -45  # tolerance at fifty digits
+
+
+def energy(event: Event, *, spin: Any = 0) -> Any:
+    """Mechanical energy per mass in J/kg; if `spin` is R, with the rotation of a disc."""
+    kinetic = (event.vx**2 + event.vy**2) / 2 + (spin * event.omega) ** 2 / 4
+    return kinetic - G * event.y
 
 
 def of_kind(drop: OracleDrop, kind: int) -> list[Event]:
     return [e for e in drop.events if e.kind == kind]
+
+
+def test_a_ball_in_the_open_falls_a_parabola() -> None:
+    drop = oracle_drop(scene(), 0.25)
+    assert abs(drop.duration - mp.sqrt(2 * 3 / G)) < DIGITS
+    assert (drop.bin, drop.x_end) == (1, mp.mpf(0.25))
+
+
+@pytest.mark.parametrize("k", [0.01, 0.3, 2.0, 5.0])
+def test_a_ball_in_the_open_falls_through_air_by_the_closed_form(k: float) -> None:
+    drop = oracle_drop(scene(drag=k), 0.25)
+    drag, t = mp.mpf(k), drop.duration
+    fallen = (G / drag) * t - (G / drag**2) * (1 - mp.exp(-drag * t))
+    assert abs(fallen - 3) < DIGITS
+    assert abs(drop.events[-1].vy - (G / drag) * (1 - mp.exp(-drag * t))) < DIGITS
+
+
+def test_a_hit_on_a_peg_is_where_geometry_says() -> None:
+    """The ball falls off-centre on a peg: it hits at y = -sqrt(D^2 - x^2) and is mirrored (e =
+    1)."""
+    drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.05),), restitution=1.0), 0.08)
+    hit, reach = drop.events[0], mp.mpf(0.05) + mp.mpf(0.1)
+    x = mp.mpf(0.08)
+    assert hit.kind == KIND_PEG
+    assert abs(hit.y + mp.sqrt(reach**2 - x**2)) < DIGITS
+    assert abs(hit.t - mp.sqrt(2 * (1 + hit.y) / G)) < DIGITS
+    down, nx, ny = G * hit.t, x / reach, hit.y / reach
+    assert abs(hit.vx + 2 * down * ny * nx) < DIGITS
+    assert abs(hit.vy - (down - 2 * down * ny * ny)) < DIGITS
+
+
+def test_friction_turns_slip_into_spin_up_to_coulombs_bound() -> None:
+    """On a sloping wall, low friction gives the impulse mu j, and high friction ends in rolling."""
+    wall = (Wall(-1.0, -0.5, 1.0, 0.5),)
+    for mu, sticks in ((0.1, False), (0.9, True)):
+        board = scene(walls=wall, friction=mu, restitution=0.5)
+        hit = oracle_drop(board, 0.0).events[0]
+        normal, tangent = 2 / mp.sqrt(5), 1 / mp.sqrt(5)
+        into, slip = G * hit.t * normal, G * hit.t * tangent
+        along = hit.vx * normal + hit.vy * tangent
+        lost = slip / 3 if sticks else mp.mpf(board.ball.friction) * mp.mpf("1.5") * into
+        assert abs(along - (slip - lost)) < DIGITS
+        assert abs(hit.omega - 2 * lost / mp.mpf(0.1)) < DIGITS
+        assert (abs(along - hit.omega * mp.mpf(0.1)) < DIGITS) is sticks
+
+
+@pytest.mark.parametrize("shortfall", [1e-12, 1e-15])
+def test_a_graze_is_a_hit_exactly_when_it_overlaps(shortfall: float) -> None:
+    board = scene(pegs=(Peg(0.0, 0.0, 0.25),), radius=0.25, restitution=0.5)
+    assert [e.kind for e in oracle_drop(board, 0.5 - shortfall).events] == [KIND_PEG, KIND_LANDING]
+    assert [e.kind for e in oracle_drop(board, 0.5 + shortfall).events] == [KIND_LANDING]
+    assert [e.kind for e in oracle_drop(board, 0.5).events] == [KIND_LANDING]
+
+
+def test_a_parabola_that_grazes_a_peg_is_judged_where_closest() -> None:
+    """From a wall at 45 degrees the ball bounces off horizontally: x = v t, y = g t^2 / 2.
+
+    The closest approach to a peg is a root of a cubic; the peg is larger or smaller by 1e-12 m.
+    """
+    wall = Wall(-0.5, -0.5, 0.5, 0.5)
+    start = oracle_drop(scene(walls=(wall,), restitution=1.0), 0.0).events[0]
+
+    x, y, v = start.x - 1, start.y - mp.mpf(0.5), start.vx
+
+    def slope(t: Any) -> Any:  # of half the squared distance
+        return G * G / 2 * t**3 + (v * v + G * y) * t + v * x
+
+    t = mp.findroot(slope, (0.1, 0.5), solver="anderson")
+    touch = float(mp.hypot(x + v * t, y + G * t * t / 2)) - 0.1
+    for grown, hits in ((1e-12, True), (-1e-12, False)):
+        board = scene(walls=(wall,), pegs=(Peg(1.0, 0.5, touch + grown),), restitution=1.0)
+        kinds = [e.kind for e in oracle_drop(board, 0.0).events]
+        assert kinds == [KIND_WALL] + [KIND_PEG] * hits + [KIND_LANDING]
+
+
+def test_without_loss_energy_is_kept_to_all_digits() -> None:
+    drop = oracle_drop(trial(12, 1.0, 0.0, 0.0), 0.123, dps=100)
+    start = mp.zero  # at rest at y = 0
+    assert len(drop.events) > 30
+    assert max(abs(energy(e) - start) for e in drop.events) < mp.mpf(10) ** -60
+
+
+def test_friction_bounces_and_air_only_take_energy() -> None:
+    drop = oracle_drop(trial(12, 0.5, 0.2, 2.0), -0.379)
+    radius = mp.mpf(trial(12, 0.5, 0.2, 2.0).ball.radius)
+    levels = [energy(e, spin=radius) for e in drop.events]
+    assert {KIND_PEG, KIND_CONTACT_BEGIN, KIND_CONTACT_CHANGE} < {e.kind for e in drop.events}
+    assert all(later < earlier + DIGITS for earlier, later in pairwise(levels))
 
 
 MORE = tries([(8, -0.5807)], [(8, -0.5807), (12, -0.379), (16, 0.0625)])
@@ -38,6 +139,171 @@ def test_more_digits_change_nothing_that_fewer_promised(rows: int, x: float) -> 
         assert growth < 1e20
         assert abs(a.x - b.x) + abs(a.y - b.y) + abs(a.t - b.t) < promised
         assert (a.kind, a.index) == (b.kind, b.index)
+
+
+def test_a_mirrored_start_on_a_symmetric_board_mirrors_the_path() -> None:
+    board = trial(12, 0.5, 0.2, 2.0)
+    left, right = (oracle_drop(board, x) for x in (-0.379, 0.379))
+    assert left.bin is not None
+    assert left.bin + (right.bin or 0) == 12
+    for a, b in zip(left.events, right.events, strict=True):
+        assert a.kind == b.kind
+        assert (
+            max(abs(a.x + b.x), abs(a.y - b.y), abs(a.vx + b.vx), abs(a.omega + b.omega)) < DIGITS
+        )
+
+
+def test_a_frictionless_slider_leaves_a_peg_where_energy_says() -> None:
+    """g D cos(theta) = u^2 with u^2 = u0^2 + 2 g D (cos theta0 - cos theta)."""
+    drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.4),)), 0.001)
+    begin, end = of_kind(drop, KIND_CONTACT_BEGIN)[0], of_kind(drop, KIND_CONTACT_END)[0]
+    reach = mp.mpf(0.4) + mp.mpf(0.1)
+    speed = begin.vx**2 + begin.vy**2
+    predicted = (2 * -begin.y / reach + speed / (G * reach)) / 3
+    assert abs(-end.y / reach - predicted) < DIGITS
+    assert abs(energy(end) - energy(begin)) < DIGITS
+
+
+def test_a_slider_with_friction_obeys_the_law_of_speed_squared() -> None:
+    """d(u^2)/da = 2 g D (cos a + mu sin a) + 2 mu u^2, a the angle from +x: closed form."""
+    drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=0.05), 0.2)
+    begin = of_kind(drop, KIND_CONTACT_BEGIN)[0]
+    end = of_kind(drop, KIND_CONTACT_END)[0]
+    assert not of_kind(drop, KIND_CONTACT_CHANGE)
+    assert begin.vx > mp.mpf(0.1) * begin.omega > 0
+    reach, mu = mp.mpf(0.4) + mp.mpf(0.1), mp.mpf(0.05)
+    # Particular solution A cos a + B sin a; compare the coefficients of cosine and sine.
+    force = 2 * G * reach
+    b = force * (1 - 2 * mu * mu) / (1 + 4 * mu * mu)
+    a = -3 * mu * force / (1 + 4 * mu * mu)
+
+    def rest(e: Event) -> Any:
+        angle = mp.atan2(e.y, e.x)
+        own = e.vx**2 + e.vy**2 - a * mp.cos(angle) - b * mp.sin(angle)
+        return own * mp.exp(-2 * mu * angle)
+
+    assert abs(rest(end) - rest(begin)) < DIGITS
+
+
+Law = Callable[[list[Any]], list[Any]]
+
+
+def midpoint(law: Law, y: list[Any], span: Any, parts: int) -> list[Any]:
+    """Integrate `span` in `parts` steps of the midpoint rule, whose error is even in the step."""
+    h = span / parts
+    before, now = y, [a + h * b for a, b in zip(y, law(y), strict=True)]
+    for _ in range(parts - 1):
+        slope = law(now)
+        before, now = now, [a + 2 * h * b for a, b in zip(before, slope, strict=True)]
+    return now
+
+
+def integrated(law: Law, y: list[Any], span: Any, steps: int = 24, columns: int = 16) -> list[Any]:
+    """Gragg's extrapolation with `columns` columns (Hairer, Norsett and Wanner I, II.9)."""
+    for _ in range(steps):
+        table: list[list[list[Any]]] = []
+        for row in range(columns):
+            table.append([midpoint(law, y, span / steps, 2 * row + 2)])
+            for col in range(1, row + 1):
+                ratio = (mp.mpf(row + 1) / (row + 1 - col)) ** 2 - 1
+                left, above = table[row][col - 1], table[row - 1][col - 1]
+                better = [p + (p - q) / ratio for p, q in zip(left, above, strict=True)]
+                table[row].append(better)
+        y = table[-1][-1]
+    return y
+
+
+@pytest.mark.parametrize("drag", [0.0, 2.0])
+def test_rolling_and_sliding_agree_with_a_general_integrator(drag: float) -> None:
+    """Integrate over the angle from one contact event to the next."""
+    friction = 0.4
+    drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=friction, drag=drag), 0.01)
+    phases = [e for e in drop.events if e.kind in (2, 3, 4)]
+    assert [e.kind for e in phases] == [KIND_CONTACT_BEGIN, KIND_CONTACT_CHANGE, KIND_CONTACT_END]
+    reach, size = mp.mpf(0.4) + mp.mpf(0.1), mp.mpf(0.1)
+    mu, k = mp.mpf(friction), mp.mpf(drag)
+    mu = mp.sqrt(mu * mu)
+
+    def rolls(y: list[Any]) -> list[Any]:
+        return [y[1] / reach, (G * mp.cos(y[0]) - k * y[1]) * 2 / 3, mp.zero]
+
+    def slides(y: list[Any]) -> list[Any]:
+        push = -G * mp.sin(y[0]) - y[1] ** 2 / reach
+        return [y[1] / reach, G * mp.cos(y[0]) - k * y[1] - mu * push, 2 * mu * push / size]
+
+    for law, (a, b) in zip((rolls, slides), pairwise(phases), strict=True):
+        u = mp.hypot(a.vx, a.vy)
+        angle, speed, omega = integrated(law, [mp.atan2(a.y, a.x), u, a.omega], b.t - a.t)
+        assert abs(mp.cos(angle) * reach - b.x) < 1e-26
+        assert abs(speed - mp.hypot(b.vx, b.vy)) < 1e-26
+        spin = speed / size if law is rolls else omega
+        assert abs(spin - b.omega) < 1e-24
+
+
+def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
+    """With drag, u' = 2/3 (g sin a - k u); compare the time at the wall's end."""
+    for drag in (0.0, 1.5):
+        wall = Wall(-1.0, -0.25, 1.0, 0.25)
+        board = scene(walls=(wall,), friction=0.9, drag=drag)
+        drop = oracle_drop(board, -0.5)
+        begin, end = of_kind(drop, KIND_CONTACT_BEGIN)[0], of_kind(drop, KIND_CONTACT_END)[0]
+        slope = mp.mpf("0.25") / mp.sqrt(1 + mp.mpf("0.0625"))
+        u0, u1 = (mp.hypot(e.vx, e.vy) for e in (begin, end))
+        corner_x = mp.mpf(1) + slope * mp.mpf(0.1)
+        length = (corner_x - begin.x) / mp.sqrt(1 - slope**2)
+        t, a, c = end.t - begin.t, G * slope * 2 / 3, mp.mpf(drag) * 2 / 3
+        if drag:
+            speed = a / c + (u0 - a / c) * mp.exp(-c * t)
+            path = a / c * t + (u0 - a / c) * (1 - mp.exp(-c * t)) / c
+        else:
+            speed, path = u0 + a * t, u0 * t + a * t * t / 2
+        assert u1**2 > G * mp.mpf(0.1)  # too fast to follow the end's curve: it leaves at once
+        assert abs(path - length) < DIGITS
+        assert abs(speed - u1) < DIGITS
+
+
+def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
+    """The ball rolls, slides, then leaves at N = 0: g cos(theta) = u^2 / R around the end."""
+    board = scene(walls=(Wall(-1.0, 0.0, 0.0, 0.0078125),), friction=0.5)
+    drop = oracle_drop(board, -0.05)
+    end = of_kind(drop, KIND_CONTACT_END)[0]
+    x, y = end.x, end.y - mp.mpf(0.0078125)
+    assert x > 0
+    assert abs(mp.hypot(x, y) - mp.mpf(0.1)) < DIGITS
+    assert abs(G * -y / mp.mpf(0.1) - (end.vx**2 + end.vy**2) / mp.mpf(0.1)) < DIGITS
+    assert drop.bin == 1
+
+
+def test_walls_that_share_an_end_pass_the_ball_on() -> None:
+    """The roof bends at x = 0: the ball rolls over it onto the other slope and off its end."""
+    roof = (Wall(-1.0, 0.0, 0.0, 0.0625), Wall(0.0, 0.0625, 1.0, 0.1875))
+    drop = oracle_drop(scene(walls=roof, friction=0.9), -0.05)
+    end = of_kind(drop, KIND_CONTACT_END)[0]
+    assert len(of_kind(drop, KIND_CONTACT_BEGIN)) == 1
+    assert end.x > 1
+    assert (
+        abs(energy(end, spin=mp.mpf(0.1)) - energy(of_kind(drop, 2)[0], spin=mp.mpf(0.1))) < DIGITS
+    )
+
+
+def test_a_ball_that_rolls_into_a_peg_bounces_off_it() -> None:
+    board = scene(walls=(Wall(-1.0, -0.25, 1.0, 0.25),), pegs=(Peg(0.5, 0.0, 0.05),), friction=0.9)
+    drop = oracle_drop(board, -0.5, max_events=40)
+    kinds = [e.kind for e in drop.events[:3]]
+    assert kinds == [KIND_WALL, KIND_CONTACT_BEGIN, KIND_PEG]
+    hit = drop.events[2]
+    assert abs(mp.hypot(hit.x - mp.mpf(0.5), hit.y) - mp.mpf(0.05) - mp.mpf(0.1)) < DIGITS
+
+
+def test_a_ball_in_perfect_balance_is_left_there() -> None:
+    drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.1),), restitution=0.5), 0.0)
+    assert (drop.bin, drop.reason) == (None, "at rest")
+
+
+def test_a_ball_between_two_pegs_is_pinned() -> None:
+    pegs = (Peg(-0.15, 0.0, 0.1), Peg(0.15, 0.0, 0.1))
+    drop = oracle_drop(scene(pegs=pegs, restitution=0.3), 0.01)
+    assert (drop.bin, drop.reason) == (None, "pinned between two bodies")
 
 
 def test_cutting_dying_bounces_moves_a_slider_by_little() -> None:

@@ -16,6 +16,7 @@ from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Bins, Peg, Wall
 from plinko.engine.constants import (
     KIND_CONTACT_BEGIN,
+    KIND_CONTACT_CHANGE,
     KIND_CONTACT_END,
     KIND_PEG,
     KIND_WALL,
@@ -45,6 +46,19 @@ def test_a_ball_bounces_to_restitution_squared_of_its_height(
         assert height == pytest.approx(fall * restitution ** (2 * bounce), rel=1e-12)
 
 
+def test_the_bounces_of_a_ball_end_after_a_finite_time() -> None:
+    """t = sqrt(2 h / g) (1 + e) / (1 - e): the sum of the geometric series of flights."""
+    for restitution in (0.2, 0.5, 0.8):
+        played = drop(scene(walls=(FLOOR,), restitution=restitution), x=0.0)
+        (begin,) = of_kind(played, KIND_CONTACT_BEGIN)
+        fall_time = math.sqrt(2.0 * (2.0 - RADIUS) / G)
+        wanted = fall_time * (1.0 + restitution) / (1.0 - restitution)
+        assert begin["t"] == pytest.approx(
+            wanted, abs=1e-7
+        )  # the engine cuts off the last tiny flights
+        assert played.bin is None  # it stays on the floor
+
+
 def test_a_ball_that_falls_straight_hits_when_galileo_says() -> None:
     played = drop(scene(walls=(FLOOR,)), x=0.0)
     assert played.impacts[0]["t"] == pytest.approx(math.sqrt(2.0 * 1.9 / G), rel=1e-15)
@@ -64,6 +78,31 @@ def test_a_little_drag_is_a_little_change_of_the_parabola() -> None:
     played = drop(scene(drag=k), x=0.0)
     fallen = float(played.states([t])["y"][0]) + 1.0
     assert fallen == pytest.approx(G * t**2 / 2 - k * G * t**3 / 6, abs=k**2)
+
+
+def test_a_frictionless_slider_leaves_a_circle_at_two_thirds() -> None:
+    """From rest at the top, cos(theta) = 2/3. Energy conservation corrects for theta0 and speed
+    u0."""
+    played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),)), x=1e-4)
+    begin, end = of_kind(played, KIND_CONTACT_BEGIN)[0], of_kind(played, KIND_CONTACT_END)[0]
+    reach = 0.4 + RADIUS
+    assert -end["y"] / reach == pytest.approx(2.0 / 3.0, abs=1e-6)
+    speed2 = begin["vx"] ** 2 + begin["vy"] ** 2
+    exact = (2.0 * -begin["y"] + speed2 / G) / (3.0 * reach)
+    assert -end["y"] / reach == pytest.approx(exact, rel=1e-13)
+    assert end["vx"] ** 2 + end["vy"] ** 2 == pytest.approx(G * reach * exact, rel=1e-12)
+
+
+def test_a_rolling_disc_would_leave_a_circle_at_four_sevenths() -> None:
+    """With high friction the ball rolls nearly until it leaves, and slips just before.
+
+    From u^2 = 4/3 g D (1 - cos), rolling would end with N = 0 at cos(theta) = 4/7. Because of the
+    slip, the ball leaves at a cosine between 4/7 and the frictionless 2/3.
+    """
+    played = drop(scene(pegs=(Peg(0.0, 0.0, 0.4),), friction=5.0), x=1e-3)
+    end = of_kind(played, KIND_CONTACT_END)[0]
+    assert len(of_kind(played, KIND_CONTACT_CHANGE)) == 1
+    assert 4.0 / 7.0 - 1e-6 < -end["y"] / (0.4 + RADIUS) < 4.0 / 7.0 + 0.02
 
 
 @pytest.mark.parametrize("slope", [0.1, 0.25, 0.5])

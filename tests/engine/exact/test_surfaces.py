@@ -74,6 +74,14 @@ def test_a_peg_and_a_single_wall_own_all_their_surfaces() -> None:
     assert ends(items, 1) == [2, 3]
 
 
+def test_two_walls_along_one_line_that_share_an_end_are_one() -> None:
+    items = laid_out((0.0, 1.0, 1.0, 2.0), (1.0, 2.0, 2.0, 3.0))
+    assert owners(items) == [0, 1, 5]
+    assert extent(items, 0) == [(0.0, 1.0), (2.0, 3.0)]
+    assert items[0, surface.LENGTH] == pytest.approx(2.0 * math.sqrt(2.0))
+    assert ends(items, 0) == [1, 5]
+
+
 THIRDS: list[Wall] = [(0.0, 1.0, 1.0, 1.5), (1.0, 1.5, 2.0, 2.0), (2.0, 2.0, 3.0, 2.5)]
 
 
@@ -183,6 +191,11 @@ def test_a_wall_flush_with_a_peg_continues_as_the_peg_s_circle(side: float) -> N
 def test_a_peg_lower_than_a_wall_by_more_than_rounding_is_not_flush() -> None:
     items = laid_out((0.0, 0.0, 1.0, 0.0), pegs=((0.01, -0.1 + 1e-9, 0.1),))
     assert ends(items, 1) == [2, 3]
+
+
+def test_a_wall_is_flush_with_its_own_ends_on_both_sides() -> None:
+    items = laid_out((0.3, 1.1, 1.7, 2.9))
+    assert all(is_flush(items, RADIUS, 0, side, end) for side in (-1.0, 1.0) for end in (1, 2))
 
 
 def test_a_ball_on_a_joined_wall_touches_the_lowest_piece_at_its_foot() -> None:

@@ -1,6 +1,6 @@
 """A ball on two surfaces does what the laws allow, by time steps that share no code with it.
 
-`tools/oracle/corners.py` has the states, `time_stepping.py` beside it the laws and the steps.
+`corners.py` has the states, `tests/engine/oracle/time_stepping.py` the laws and the steps.
 """
 
 import json
@@ -65,6 +65,23 @@ def stepped(world: World, start: Motion, seconds: float, steps: int) -> Motion:
     for _ in range(steps):
         now = step(world, now, seconds / steps)
     return now
+
+
+@pytest.mark.parametrize(("friction", "share"), [(0.0, 1.0), (0.1, None), (1.0, 2.0 / 3.0)])
+def test_steps_slide_and_roll_down_a_slope_as_the_formulas_say(
+    friction: float, share: float | None
+) -> None:
+    """At 30 degrees a disc slides if mu < tan 30 / 3, and rolls with 2/3 of the acceleration."""
+    angle = math.radians(30.0)
+    nx, ny = math.sin(angle), -math.cos(angle)
+    slope = Body(-R * nx + 9.0 * ny, -R * ny - 9.0 * nx, -R * nx - 9.0 * ny, -R * ny + 9.0 * nx,
+                 0.0, 0.0, friction)  # fmt: skip
+    now = stepped(World([slope], G, 0.0, R), Motion(0.0, 0.0, STILL), 0.1, 100)
+    pull = G * (math.sin(angle) - friction * math.cos(angle))
+    expected = pull if share is None else share * G * math.sin(angle)
+    assert now.x * math.cos(angle) + now.y * math.sin(angle) == pytest.approx(
+        0.5 * expected * 0.01, rel=1e-6
+    )
 
 
 def test_a_pinched_ball_may_hang_or_fall() -> None:
