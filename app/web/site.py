@@ -49,9 +49,8 @@ def write_site(static: Path, into: Path) -> None:
     for pattern in _AT_TOP:
         for path in static.glob(pattern):
             _write(into / path.relative_to(static), path.read_bytes())
-    worker = (
-        (static / "sw.js").read_text("utf-8").replace("const SITE = false", "const SITE = true")
-    )
+    worker = (static / "sw.js").read_text("utf-8")
+    worker = worker.replace("const SITE = false", "const SITE = true")
     _write(into / "sw.js", worker.encode())
     for page in _PAGES:
         for language in release.pages[page]:

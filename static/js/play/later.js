@@ -11,8 +11,8 @@ const GESTURES = ["pointermove", "pointerdown", "keydown", "focusin"];
 
 /**
  * @param {Game} game @param {Theme} theme @param {BoardScreen} screen
- * @returns {(drawer: string) => Promise<boolean>} loads what a drawer needs; false if that cannot be fetched,
- *   as the player is told
+ * @returns {(drawer: string) => Promise<boolean>} loads what a drawer needs. If that cannot be fetched, it tells the
+ *   player, and returns false
  */
 export function loadLater(game, theme, screen) {
   let asked = false; // whether the sheet was requested; false again if it could not be fetched

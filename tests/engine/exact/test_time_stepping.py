@@ -1,6 +1,6 @@
 """A ball on two surfaces does what the laws allow, by time steps that share no code with it.
 
-`corners.py` has the states, `tests/engine/oracle/time_stepping.py` the laws and the steps.
+`tools/oracle/corners.py` has the states, `tools/oracle/time_stepping.py` the laws and the steps.
 """
 
 import json

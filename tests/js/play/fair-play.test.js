@@ -98,6 +98,7 @@ test("a session whose token is gone is not joined again: its results could not b
   kept.removeItem("plinko.token.s1");
   const again = visit(kept);
   again.fair.greeted(HELLO);
+  assert.deepEqual(again.sent, []);
   await asked(again);
   assert.deepEqual(again.sent.map(({ session }) => session), [undefined]);
 });

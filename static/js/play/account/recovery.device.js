@@ -1,4 +1,5 @@
-// Takes the place of recovery.js where there is no server: finds the results of drops that fell while this page was closed or elsewhere, by computing them.
+// Takes the place of recovery.js where there is no server: computes the results of drops that fell while this page was
+// closed or elsewhere.
 
 import { payoutOf } from "../../model/payout.js";
 import { knownDrops, MINOR_UNITS } from "../../model/player/account.js";
