@@ -43,14 +43,13 @@ _log = logging.getLogger("plinko")
 class Feed:
     """Publishes one room's messages; the room's hub uses it as a client's connection."""
 
-    def __init__(self, bus: Bus, room_id: str, rooms: Rooms, clock: Callable[[], float]) -> None:
+    def __init__(self, bus: Bus, room_id: str, clock: Callable[[], float]) -> None:
         self.requested = clock()
         self.greets = False  # whether a hello is scheduled
+        self.live: LiveRoom | None = None  # the room once it is found
         self.client: Client | None = None  # set while it watches the room
         self._bus = bus
         self._channel = channel_of(room_id)
-        self._room_id = room_id
-        self._rooms = rooms
         self._clock = clock
         self._name = secrets.token_bytes(8)
         self._number = 0
@@ -71,10 +70,8 @@ class Feed:
 
     def _send(self, kind: int, payload: bytes) -> None:
         self._number += 1
-        tick, tick_time = 0, 0.0
-        with contextlib.suppress(AppError):  # a closed room has no tick
-            live = self._rooms.find(self._room_id)
-            tick, tick_time = live.room.world.tick, live.tick_time
+        live = self.live
+        tick, tick_time = (0, 0.0) if live is None else (live.room.world.tick, live.tick_time)
         times = (tick, tick_time, self._clock())
         message = FeedMessage(kind, self._name, self._number, *times, payload)
         self._bus.publish(self._channel, message.encode())
@@ -152,7 +149,7 @@ class Feeds:
             asyncio.get_running_loop().call_later(TOGETHER, greet)
 
     def _begin(self, room_id: str) -> None:
-        feed = self._feeds[room_id] = Feed(self._bus, room_id, self._rooms, self._clock)
+        feed = self._feeds[room_id] = Feed(self._bus, room_id, self._clock)
         task = asyncio.create_task(self._run(room_id, feed), name=f"feed of {room_id}")
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -177,6 +174,7 @@ class Feeds:
     async def _watch(self, live: LiveRoom, feed: Feed) -> None:
         # `write` always succeeds, so the mailbox for a slow client is never used.
         client = Client(self._new_client(), feed, Mailbox(1, 1), self._kept, stream=SEEDS)
+        feed.live = live
         self._rooms.enter(live, client)
         feed.client = client
         writing = asyncio.create_task(client.run())

@@ -158,6 +158,15 @@ async def test_a_client_of_a_relay_learns_what_waits_in_the_room() -> None:
         assert early.told[0]["type"] == late.told[0]["type"] == "hello"
 
 
+async def test_each_room_s_relays_learn_that_the_server_stops() -> None:
+    with scene() as one:
+        ears = [await joined(one.replica(room), one.ear()) for room in ("main", "triangle-12")]
+        one.rooms.tell_leaving()
+        for ear in ears:
+            await eventually(lambda ear=ear: ear.told[-1]["type"] == "notice")
+            assert ear.told[-1]["leaving"]
+
+
 async def test_one_subscriber_is_all_that_the_room_sees() -> None:
     with scene() as one:
         replica = one.replica()
