@@ -1,5 +1,7 @@
 // Computes the largest size of a board that fits both the width and the height of its stage.
 
+import { parentOf } from "../util/dom.js";
+
 const STEPS = 24; // of bisection; the last one is far below a pixel
 
 /**
@@ -42,7 +44,7 @@ export class StageFit {
     this.#height = height;
     const fitting = Math.max(1, widest({ width, height }, heightOf));
     this.box.style.width = `${fitting}px`;
-    document.documentElement.style.setProperty("--board-width", `${fitting}px`);
+    parentOf(this.stage).style.setProperty("--board-width", `${fitting}px`); // for the tray below
     return fitting;
   }
 

@@ -1,18 +1,19 @@
 // A board on two canvases: one for what never moves, one for each scene.
 
 import { boardWords, placeOf } from "../model/worlds.js";
-import { ALL_GROUNDS, paintBoard } from "../paint/board.js";
+import { ALL_GROUNDS, paintField, paintFront } from "../paint/board.js";
 import { layOut, ratioOf } from "../paint/geometry.js";
 import { t } from "../texts/text.js";
 import { contextOf } from "../util/canvas.js";
 import { parentOf } from "../util/dom.js";
 import { multiplier } from "../util/format.js";
+import { nextFrame } from "../util/frame-loop.js";
 import { ScenePainter } from "./scene-painter.js";
 import { announceShape, StageFit } from "./stage-fit.js";
 
 /** @import { Board } from "../model/board.js" */
 /** @import { Scene } from "../model/scene.js" */
-/** @import { Grounds } from "../paint/board.js" */
+/** @import { Grounds, Sheet } from "../paint/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
@@ -61,16 +62,23 @@ export class BoardView {
     // With all its backdrops the board is opaque. The browser then need not blend it with the page below.
     const { around, plate } = this.grounds;
     this.still.getContext("2d", { alpha: !around || !plate });
-    // The browser lays the page out in one frame, and paints the board in the next.
+    void this.#open(board);
+  }
+
+  /** Lays the page out in one frame, and paints field and front in the next two: together they are a long task. @param {Board} board */
+  async #open(board) {
     const turn = (this.#fresh += 1);
-    requestAnimationFrame(() => {
-      this.#fit(board);
-      requestAnimationFrame(() => {
-        if (turn !== this.#fresh) return;
-        this.#fresh = 0;
-        this.relayout();
-      });
-    });
+    await nextFrame();
+    this.#fit(board);
+    await nextFrame();
+    if (turn !== this.#fresh) return;
+    if (this.#resize()) this.#paint(paintField);
+    await nextFrame();
+    if (turn !== this.#fresh) return;
+    this.#fresh = 0;
+    if (this.#resize()) this.repaint();
+    else if (!this.#painter) this.#finish();
+    if (this.geometry) this.onLayout(this.geometry);
   }
 
   /** @param {Board} board @returns {Geometry | null} how it fits into its box; null while that is hidden */
@@ -82,29 +90,46 @@ export class BoardView {
     return geometry;
   }
 
-  /** Fits the canvases to their box and the display, if one of these has changed. */
+  /** Fits the canvases to their box and the display, and repaints them, if one of these has changed. */
   relayout() {
-    if (!this.#shown || this.#fresh) return;
-    const { board } = this.#shown;
-    const geometry = this.#fit(board);
+    if (this.#fresh || !this.#resize()) return;
+    this.repaint();
+    if (this.geometry) this.onLayout(this.geometry);
+  }
+
+  /** @returns {boolean} whether the canvases have changed their size, and are empty now */
+  #resize() {
+    const geometry = this.#shown && this.#fit(this.#shown.board);
     const density = window.devicePixelRatio || 1;
-    if (!geometry) return;
+    if (!geometry) return false;
     this.fit.shine(geometry.height, geometry.dropY);
-    if (geometry.width === this.geometry?.width && density === this.#density) return;
+    if (geometry.width === this.geometry?.width && density === this.#density) return false;
     this.#density = density;
     this.geometry = geometry;
     for (const canvas of [this.still, this.moving]) fit(canvas, geometry, density);
-    this.repaint();
-    this.onLayout(geometry);
+    return true;
   }
 
   /** Repaints the still canvas after a change of colours or size. */
   repaint() {
+    this.#paint(paintField);
+    this.#finish();
+  }
+
+  /** Paints bins and rails; scenes can be drawn from then on. */
+  #finish() {
+    const { geometry, still, theme, board } = this;
+    if (!geometry || !board) return;
+    this.#paint(paintFront);
+    this.#painter = new ScenePainter({ still, board, geometry, density: this.#density }, theme);
+  }
+
+  /** @param {(sheet: Sheet, slots: number[], grounds: Grounds) => void} part */
+  #paint(part) {
     const { geometry, still, theme } = this;
     if (!geometry || !this.#shown) return;
     const { board, slots } = this.#shown;
-    paintBoard({ ctx: contextOf(still), geometry, board, look: theme }, slots, this.grounds);
-    this.#painter = new ScenePainter({ still, board, geometry, density: this.#density }, theme);
+    part({ ctx: contextOf(still), geometry, board, look: theme }, slots, this.grounds);
   }
 
   /** @param {Scene} scene */

@@ -1,7 +1,7 @@
 // A chart over time or count: areas, lines, ticks for events, and one marked place.
 
 import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
-import { disc, fitted } from "../util/canvas.js";
+import { disc, fitted, sheetContext } from "../util/canvas.js";
 
 /** @import { Palette, Theme } from "../paint/theme.js" */
 /** @import { Point } from "../model/board.js" */
@@ -32,7 +32,7 @@ const LIMIT_LINES = 3; // in font sizes: a lower plot does not name its limit
  *   margin: {left: number, right: number, top: number, bottom: number}}} Size CSS pixels
  * @typedef {{px: (x: number) => number, py: (y: number) => number, x: (px: number) => number}} Scales
  *
- * @typedef {Size & Scales & {ctx: CanvasRenderingContext2D, palette: Palette}} Sheet
+ * @typedef {Size & Scales & {ctx: OffscreenCanvasRenderingContext2D, palette: Palette}} Sheet
  */
 
 /** Draws a plot on a canvas; `onPick(x)` is called when the visitor clicks or drags. */
@@ -41,6 +41,8 @@ export class Chart {
   #plot = null;
   /** @type {number | null} */
   #mark = null;
+  /** The plot without its mark, which alone moves. @type {OffscreenCanvasRenderingContext2D | null} */
+  #still = null;
   /** Measured once for each size, as measuring makes the browser lay the page out. @type {Size | null} */
   #measured = null;
 
@@ -54,16 +56,17 @@ export class Chart {
     this.theme = theme;
     new ResizeObserver(() => {
       this.#measured = null;
-      this.#draw();
+      this.#still = null;
+      this.#paint();
     }).observe(canvas);
-    theme.onChange(() => this.#draw());
+    theme.onChange(() => this.#paint());
     if (onPick) this.#followPointer(onPick);
   }
 
   /** @param {Plot} plot */
   set(plot) {
     this.#plot = plot;
-    this.#draw();
+    this.#paint();
   }
 
   /** @param {number | null} x the place to mark */
@@ -88,23 +91,34 @@ export class Chart {
     return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, font, margin };
   }
 
-  #draw() {
+  /** Paints the plot anew. */
+  #paint() {
     const size = this.#size;
     if (!this.#plot || size.width === 0) return;
-    const sheet = {
-      ctx: fitted(this.canvas, size), palette: this.theme.palette, ...size, ...scales(size, this.#plot),
-    };
+    const density = window.devicePixelRatio || 1;
+    this.#still ??= sheetContext(Math.round(size.width * density), Math.round(size.height * density));
+    const ctx = this.#still;
+    ctx.setTransform(density, 0, 0, density, 0, 0);
+    ctx.clearRect(0, 0, size.width, size.height);
+    const sheet = { ctx, palette: this.theme.palette, ...size, ...scales(size, this.#plot) };
     const { series, events = [], limit } = this.#plot;
     paintAxes(sheet, this.#plot);
     for (const curve of series) paintSeries(sheet, curve);
     paintEvents(sheet, events);
     if (limit) paintLimit(sheet, limit);
+    this.#draw();
+  }
+
+  #draw() {
+    if (!this.#plot || !this.#still) return;
+    const { width, height, margin: { top, bottom } } = this.#size;
+    const ctx = fitted(this.canvas, { width, height });
+    ctx.drawImage(this.#still.canvas, 0, 0, width, height);
     if (this.#mark === null) return;
-    const { ctx, px } = sheet;
-    const x = px(Math.min(this.#plot.x.to, Math.max(this.#plot.x.from, this.#mark)));
+    const { from, to } = this.#plot.x;
+    const x = scales(this.#size, this.#plot).px(Math.min(to, Math.max(from, this.#mark)));
     ctx.fillStyle = this.theme.palette.trayMark;
-    const { top, bottom } = size.margin;
-    ctx.fillRect(x - 1, top, 2, size.height - top - bottom);
+    ctx.fillRect(x - 1, top, 2, height - top - bottom);
   }
 
   /** @param {(x: number) => void} onPick */

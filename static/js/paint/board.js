@@ -23,13 +23,23 @@ export const ALL_GROUNDS = { around: true, plate: true };
 /** @typedef {{ctx: CanvasRenderingContext2D, geometry: Geometry, board: Board, look: Look}} Sheet in CSS pixels */
 
 /** @param {Sheet} sheet @param {number[]} slots @param {Grounds} [grounds] */
-export function paintBoard(sheet, slots, grounds = ALL_GROUNDS) {
+export function paintBoard(sheet, slots, grounds) {
+  paintField(sheet, slots, grounds);
+  paintFront(sheet);
+}
+
+/** Paints what lies behind bins and rails. @param {Sheet} sheet @param {number[]} slots @param {Grounds} [grounds] */
+export function paintField(sheet, slots, grounds = ALL_GROUNDS) {
   const { ctx, geometry: { width, height } } = sheet;
   ctx.clearRect(0, 0, width, height);
   if (grounds.around) paintSurroundings(sheet);
   if (grounds.plate) paintPlate(sheet);
   paintHopper(sheet, slots);
   paintPegs(sheet);
+}
+
+/** @param {Sheet} sheet */
+export function paintFront(sheet) {
   paintBins(sheet);
   paintRails(sheet);
 }

@@ -66,6 +66,7 @@ class Comparison {
     byId("now").textContent = t <= apart.end ? `${figure(apart.at(t))} m` : words("compare.one-landed");
     const hits = one.motion.hits.filter((hit) => hit.t <= t).length;
     this.chart.mark(this.againstHits ? hits : Math.min(t, apart.end));
+    this.transport.show();
     return this.transport.playing;
   }
 

@@ -89,11 +89,12 @@ class ReplayPage {
     const { replay, list, transport } = this;
     const t = transport.advance(now);
     if (this.guess.open && t >= replay.duration) this.#tell(this.guess.tell());
-    list.follow(replay.motion.eventsBy(t) - 1);
     this.energy.mark(Math.min(t, replay.duration));
     if (list.chosen >= 0 && t !== list.impacts[list.chosen].t) list.choose(-1);
     this.stage.draw(replay.sceneAt(t), (layer) => this.#paintPath(layer, t), (layer) => this.#paintImpact(layer));
     this.#drawCloseUp(Math.min(t, replay.duration));
+    list.follow(replay.motion.eventsBy(t) - 1);
+    transport.show();
     return transport.playing;
   }
 

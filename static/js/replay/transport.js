@@ -1,7 +1,7 @@
 // The time of a replay: play, pause, scrub, slow motion, steps by frame or by impact, by buttons and keys.
 
 import { t as words } from "../texts/text.js";
-import { byId, isWithin, onClick, radioValue } from "../util/dom.js";
+import { byId, isWithin, onChoice, onClick, radioValue } from "../util/dom.js";
 import { fixed } from "../util/format.js";
 
 const FRAME = 1 / 60; // s; a step is one frame at the chosen speed
@@ -13,11 +13,12 @@ const FRAME = 1 / 60; // s; a step is one frame at the chosen speed
  * @property {number[]} stops times to step to, s, ascending
  */
 
-/** Runs the time `t` over a timeline; `onChange()` is called when a frame must be drawn. */
+/** Runs the time `t` over a timeline; `onChange()` is called when a frame must be drawn, which `show` ends. */
 export class Transport {
   /** The shown time, s. */
   t = 0;
   playing = false;
+  speed = 1;
   #lastMs = 0;
 
   /** @param {Timeline} timeline @param {() => void} onChange */
@@ -28,6 +29,9 @@ export class Transport {
     this.slider = byId("time", HTMLInputElement);
     this.clock = byId("clock");
     this.slider.max = String(timeline.duration);
+    const follow = () => { this.speed = Number(radioValue("speed")); };
+    follow();
+    onChoice("speed", follow);
     this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
     onClick("play", () => this.#toggle());
     onClick("frame-back", () => this.#stepFrame(-1));
@@ -38,15 +42,11 @@ export class Transport {
     this.seek(0);
   }
 
-  get speed() {
-    return Number(radioValue("speed"));
-  }
-
   #toggle() {
     if (this.t >= this.timeline.duration && !this.playing) this.t = 0;
     this.playing = !this.playing;
     this.#lastMs = 0;
-    this.#show();
+    this.#change();
   }
 
   /** Begins when the page opens: plays, or with reduced motion shows the end. */
@@ -59,7 +59,12 @@ export class Transport {
   seek(t) {
     this.t = Math.min(Math.max(0, t), this.timeline.end);
     this.playing = false;
-    this.#show();
+    this.#change();
+  }
+
+  #change() {
+    this.show();
+    this.onChange();
   }
 
   /** @param {1 | -1} way */
@@ -83,11 +88,11 @@ export class Transport {
     // The bin's light fades in real time, however slow the fall was.
     this.t = Math.min(end, this.t + elapsed * (this.t < duration ? this.speed : 1));
     if (this.t >= end) this.playing = false;
-    this.#show(false);
     return this.t;
   }
 
-  #show(wake = true) {
+  /** Shows the time, after everything that measures the page: text makes the browser lay it out again. */
+  show() {
     const t = Math.min(this.t, this.timeline.duration);
     this.slider.value = String(t);
     const text = `${fixed(t, this.speed < 0.1 ? 4 : 3)} s`;
@@ -95,7 +100,6 @@ export class Transport {
     this.clock.textContent = text;
     const label = this.playing ? words("word.pause") : words("replay.play");
     if (this.button.textContent !== label) this.button.textContent = label;
-    if (wake) this.onChange();
   }
 
   /** @param {KeyboardEvent} event */

@@ -3,6 +3,9 @@
 /** Lets the browser paint and react before the next part of long work. @returns {Promise<void>} */
 export const pause = () => new Promise((done) => { window.setTimeout(done); });
 
+/** @returns {Promise<number>} settles in the next frame, before it is painted */
+export const nextFrame = () => new Promise((done) => { requestAnimationFrame(done); });
+
 /** Calls `draw(nowMs)` each frame until it returns false; `wake()` starts it again. */
 export class FrameLoop {
   #frame = 0;
