@@ -20,6 +20,7 @@ from plinko.engine.parameters import number
 from plinko.engine.payouts import reference, table
 from plinko.engine.payouts.landings import Landings, is_mirrored, more, none_after, none_yet
 from plinko.engine.payouts.odds import DEVIATIONS, Odds, odds_of
+from plinko.engine.physics.array_types import Ints
 
 PRECISE: Final = 1e-3
 """Wanted half-width of the 95 % interval of the return from the board's own start."""
@@ -73,10 +74,44 @@ class Payouts:
         return sum(each.drops for each in self.chosen)
 
     @property
+    def rare_bins(self) -> tuple[int, ...]:
+        """Bins that too few drops hit to solve their multipliers."""
+        return tuple(np.flatnonzero(self._hits < FEWEST_HITS).tolist())
+
+    @property
+    def falling_bins(self) -> tuple[int, ...]:
+        """Bins that pay less than their neighbour nearer the middle."""
+        pays = self.multipliers
+        left = [k for k in range((len(pays) - 1) // 2) if pays[k] < pays[k + 1]]
+        right = [k for k in range(len(pays) // 2 + 1, len(pays)) if pays[k] < pays[k - 1]]
+        return (*left, *right)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Reasons not to trust the table, a sentence each."""
-        rare = _rare_bins(self.chosen[0], self.board)
-        return (*rare, *_not_monotone(self.multipliers))
+        found = []
+        if self.rare_bins:
+            drops, fewest = self.chosen[0].drops, int(self._hits.min())
+            wanted = ceil(drops * FEWEST_HITS / max(fewest, 1))
+            more = f"about {wanted:,}" if fewest else f"far more than {wanted:,}"
+            found.append(
+                f"{drops:,} balls are too few to know how often bins "
+                f"{', '.join(map(str, self.rare_bins))} are hit (the rarest: {fewest} hits, "
+                f"{FEWEST_HITS} are needed): their multipliers are a guess; use {more}"
+            )
+        if self.falling_bins:
+            found.append(
+                "multipliers should rise from the middle to the sides, but bins "
+                f"{', '.join(map(str, self.falling_bins))} pay less than their neighbours nearer "
+                "the middle"
+            )
+        return tuple(found)
+
+    @property
+    def _hits(self) -> Ints:
+        """How many of the fitting drops hit each bin, or its mirror image."""
+        hits = np.array(self.chosen[0].histogram)
+        return hits + hits[::-1] if is_mirrored(self.board) else hits
 
     @property
     def multipliers(self) -> tuple[float, ...]:
@@ -106,40 +141,9 @@ class Payouts:
             "least": {"aim": self.least.aim, "return": self.least.returned},
             "aims": [each.to_dict() for each in self.odds],
             "warnings": list(self.warnings),
+            "rare_bins": list(self.rare_bins),
+            "falling_bins": list(self.falling_bins),
         }
-
-
-def _rare_bins(chosen: Landings, board: Board) -> tuple[str, ...]:
-    """A warning if some bins were hit too rarely to solve their multipliers."""
-    hits = np.array(chosen.histogram)
-    if is_mirrored(board):
-        hits = hits + hits[::-1]
-    rare = np.flatnonzero(hits < FEWEST_HITS)
-    if not len(rare):
-        return ()
-    fewest = int(hits[rare].min())
-    bins = ", ".join(map(str, rare))
-    wanted = ceil(chosen.drops * FEWEST_HITS / max(fewest, 1))
-    more = f"about {wanted:,}" if fewest else f"far more than {wanted:,}"
-    return (
-        f"{chosen.drops:,} balls are too few to know how often bins {bins} are hit (the rarest: "
-        f"{fewest} hits, {FEWEST_HITS} are needed): their multipliers are a guess; use {more}",
-    )
-
-
-def _not_monotone(multipliers: Pays) -> tuple[str, ...]:
-    """A warning if a multiplier is lower than its neighbour nearer the middle."""
-    middle = len(multipliers) // 2
-    right = [(k, k + 1) for k in range(middle, len(multipliers) - 1)]
-    left = [(k, k - 1) for k in range((len(multipliers) - 1) // 2, 0, -1)]
-    for inner, outer in (*left, *right):
-        if multipliers[outer] < multipliers[inner]:
-            return (
-                "multipliers should rise from the middle to the sides, "
-                f"but bin {outer} pays {multipliers[outer]:g} and bin {inner}, nearer the middle, "
-                f"{multipliers[inner]:g}",
-            )
-    return ()
 
 
 def solve_payouts(

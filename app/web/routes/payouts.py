@@ -65,9 +65,16 @@ class Payouts(msgspec.Struct, frozen=True):
     warnings: Annotated[
         list[str],
         Meta(
-            description="Weak points of the table: bins hit too rarely, multipliers that fall "
-            "towards the sides."
+            description="Weak points of the table, a sentence each, about `rare_bins` and "
+            "`falling_bins`."
         ),
+    ]
+    rare_bins: Annotated[
+        list[int], Meta(description="Bins hit too rarely to know their multipliers.")
+    ]
+    falling_bins: Annotated[
+        list[int],
+        Meta(description="Bins that pay less than their neighbour nearer the middle."),
     ]
 
 

@@ -29,8 +29,12 @@ export function offerPayouts(board, change, say) {
         chosen: reply.chosen_by, judged: reply.drops, returned: percent(returned),
         doubt: percent(doubt), least: percent(reply.least.return),
       });
-      const warnings = reply.warnings.map((why) => t("editor.payouts-warning", { why }));
-      say([solved, ...warnings].join(" "));
+      const { rare_bins: rare, falling_bins: falling } = reply;
+      const warnings = [
+        rare.length && t("editor.payouts-rare", { bins: rare.join(", ") }),
+        falling.length && t("editor.payouts-fall", { bins: falling.join(", ") }),
+      ];
+      say([solved, ...warnings].filter(Boolean).join(" "));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       say(t("editor.no-payouts", { why: error.message }));

@@ -14,6 +14,6 @@
  * @typedef {{rooms: {id: string, mode: string, board_name: string}[]}} RoomList of GET rooms
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
  * @typedef {{multipliers: number[], drops: number, chosen_by: number, least: {aim: number | null, return: number},
- *   aims: Odds[], warnings: string[]}} PayoutsReply of POST payouts
+ *   aims: Odds[], rare_bins: number[], falling_bins: number[]}} PayoutsReply of POST payouts
  * @typedef {{ok: boolean, field?: string, expected?: unknown, actual?: unknown}} Verification
  */
