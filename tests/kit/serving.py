@@ -1,10 +1,12 @@
 """A real server in a thread of the tests' process, on a free port of the loopback."""
 
+import asyncio
 import contextlib
 import functools
 import socket
-import threading
+import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,21 +53,34 @@ def in_thread(
     listener: socket.socket,
     pause: Callable[[], object] | None = None,
 ) -> Iterator[str]:
-    """Run a server in a thread until the block ends; gives its address."""
-    thread = threading.Thread(target=server.run, args=([listener],), name="server")
-    thread.start()
+    """Run a server in a thread until the block ends; gives its address, raises its error."""
+    with ThreadPoolExecutor(1, "server") as thread:
+        running = thread.submit(_run, server, listener)
 
-    def is_up() -> bool:
-        assert thread.is_alive(), "the server ended while it was to start"
-        return server.started
+        def is_up() -> bool:
+            assert not running.done(), f"the server ended at its start: {running.exception()!r}"
+            return server.started
 
+        try:
+            until(is_up, pause)
+            yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            wait([running])
+            listener.close()  # a server that failed to start has left it open
+            running.result()
+
+
+def _run(server: uvicorn.Server, listener: socket.socket) -> None:
+    runner = asyncio.Runner(loop_factory=server.config.get_loop_factory())
     try:
-        until(is_up, pause)
-        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        runner.run(server.serve([listener]))
     finally:
-        server.should_exit = True
-        thread.join()
-        listener.close()  # a server that failed to start has left it open
+        # uvloop warns of each open handle, then closes it. If the warning were an error, the handle
+        # would stay open, and uvloop would wait forever.
+        with warnings.catch_warnings(record=True, action="always") as left_open:
+            runner.close()
+    assert not left_open, [str(each.message) for each in left_open]
 
 
 @contextlib.contextmanager
