@@ -1,10 +1,9 @@
 // A connection reconnects: immediately when the server says that the room moved, after a wait when it was lost.
 import assert from "node:assert/strict";
-import { afterEach, beforeEach, test } from "node:test";
+import { test } from "node:test";
 
 /** @type {any[]} */
 let sockets = [];
-const kept = { ...globalThis };
 
 class FakeSocket {
   static OPEN = 1;
@@ -19,18 +18,12 @@ class FakeSocket {
   close() {}
 }
 
-beforeEach(() => {
+/** A connection over fake sockets, until the test `t` ends. */
+async function connected(t) {
+  const { WebSocket, window, document } = globalThis;
   sockets = [];
   const ears = { addEventListener() {}, removeEventListener() {}, visibilityState: "visible" };
   Object.assign(globalThis, { WebSocket: FakeSocket, window: ears, document: ears });
-});
-
-afterEach(() => {
-  const { WebSocket, window, document } = kept;
-  Object.assign(globalThis, { WebSocket, window, document });
-});
-
-async function connected() {
   const { Connection } = await import("../../../static/js/net/connection.js");
   const { decodeEvents } = await import("../../../static/js/net/protocol.js");
   /** @type {number[]} */
@@ -44,11 +37,15 @@ async function connected() {
     onLost: (waitMs) => lost.push(waitMs),
     onRefused() {},
   });
+  t.after(() => {
+    connection.close();
+    Object.assign(globalThis, { WebSocket, window, document });
+  });
   return { connection, lost, foreign };
 }
 
-test("a client whose room moved reconnects at once and silently", async () => {
-  const { connection, lost } = await connected();
+test("a client whose room moved reconnects at once and silently", async (t) => {
+  const { connection, lost } = await connected(t);
   connection.settled();
   sockets[0].onclose({ code: 1012, reason: "room-moved" });
   assert.equal(sockets.length, 2);
@@ -56,29 +53,26 @@ test("a client whose room moved reconnects at once and silently", async () => {
   connection.settled();
   sockets[1].onclose({ code: 1012, reason: "room-moved" });
   assert.equal(sockets.length, 3);
-  connection.close();
 });
 
-test("a client sent on repeatedly waits, as after a loss", async () => {
-  const { connection, lost } = await connected();
+test("a client sent on repeatedly waits, as after a loss", async (t) => {
+  const { lost } = await connected(t);
   sockets[0].onclose({ code: 1012, reason: "" });
   sockets[1].onclose({ code: 1012, reason: "" });
   assert.equal(sockets.length, 2);
   assert.equal(lost.length, 1);
-  connection.close();
 });
 
-test("a silent connection is considered lost", async () => {
-  const { connection, lost } = await connected();
+test("a silent connection is considered lost", async (t) => {
+  const { connection, lost } = await connected(t);
   connection.settled();
   sockets[0].onclose({ code: 1006, reason: "" });
   assert.equal(sockets.length, 1);
   assert.equal(lost.length, 1);
-  connection.close();
 });
 
-test("a server that speaks another protocol is not called again", async () => {
-  const { lost, foreign } = await connected();
+test("a server that speaks another protocol is not called again", async (t) => {
+  const { lost, foreign } = await connected(t);
   const [socket] = sockets;
   socket.onmessage({ data: '{"type":"hello","protocol":1}' });
   assert.deepEqual([foreign.length, lost.length, sockets.length], [1, 0, 1]);
