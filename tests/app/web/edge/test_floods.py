@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from plinko.app.web.routes import health
 from tests.app.live.garbled import framed
 from tests.kit.serving import Running, constants, serving
 
@@ -91,21 +90,6 @@ def test_pipelined_requests_cut_off_count_as_no_failure(
                 line.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n" * 500)
         assert flooded.get("/healthz").status_code == 200
     assert [each.getMessage() for each in caplog.records] == []
-
-
-def test_a_failure_has_security_headers_and_is_logged_once(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    def failing(*_: object) -> None:
-        raise RuntimeError("a fault of the server")
-
-    with serving() as running:
-        monkeypatch.setattr(health, "Health", failing)
-        got = running.get("/healthz")
-    assert got.status_code == 500
-    assert got.headers["content-security-policy"]
-    assert got.headers["content-type"] == "application/problem+json"
-    assert len([each for each in caplog.records if each.exc_info]) == 1
 
 
 @pytest.mark.parametrize(

@@ -56,17 +56,12 @@ def client(**settings: Any) -> httpx.AsyncClient:
     return httpx.AsyncClient(transport=peer, base_url="http://localhost", headers=plain)
 
 
-async def get(path: str, method: str = "GET", **headers: str) -> httpx.Response:
+async def get(path: str, method: str = "GET", **headers: str | bytes) -> httpx.Response:
     async with client() as http:
         return await http.request(method, path, headers=headers)
 
 
 # Hosts and origins.
-
-
-@pytest.mark.parametrize("method", ["GET", "HEAD", "POST", "OPTIONS"])
-async def test_a_request_for_another_host_is_refused(method: str) -> None:
-    assert (await get("/", method, host="rebound.example")).status_code == 421
 
 
 async def test_two_host_lines_are_refused() -> None:
@@ -81,7 +76,11 @@ async def test_two_host_lines_are_refused() -> None:
     [
         ("POST", OTHER_SITE, 403),
         ("DELETE", "null", 403),
-        ("POST", "", 403),
+        *(
+            ("POST", origin, 403)
+            for origin in ("", "garbage", "http://[", "http://]:8/", "://", "http://127.0.0.1:1")
+        ),
+        ("POST", "http://localhost@evil.example", 403),
         ("POST", "http://localhost", 200),
         ("GET", OTHER_SITE, 200),
     ],
@@ -199,8 +198,9 @@ async def test_every_response_has_an_id_and_the_security_headers(path: str) -> N
     assert re.fullmatch("[0-9a-f]{32}", answer.headers["x-request-id"])
     assert {name: answer.headers[name] for name in SECURITY_HEADERS} == SECURITY_HEADERS
     assert (await get(path, **{"x-request-id": "mine"})).headers["x-request-id"] == "mine"
-    bad = (await get(path, **{"x-request-id": "not mine"})).headers["x-request-id"]
-    assert re.fullmatch("[0-9a-f]{32}", bad)
+    for bad in ("", "not mine", "x" * 65, "ü".encode()):
+        chosen = (await get(path, **{"x-request-id": bad})).headers["x-request-id"]
+        assert re.fullmatch("[0-9a-f]{32}", chosen)
 
 
 async def test_a_page_for_frames_keeps_its_policy() -> None:
