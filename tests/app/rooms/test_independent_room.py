@@ -68,22 +68,6 @@ def test_company_and_timing_change_no_ball(drops: list[tuple[int, int]]) -> None
         assert (found.t, found.x_end) == (alone.duration, alone.x_end)
 
 
-def test_an_explicit_start_is_kept_and_said() -> None:
-    table = room()
-    accepted = table.drop(DropCommand(7, x=0.1))
-    assert (accepted.x, accepted.explicit_x) == (0.1, True)
-    assert landings(play(table))[0].digest == drop(BOARD, 7, x=0.1).digest
-
-
-def test_an_aim_is_kept_and_said_and_the_seed_draws_about_it() -> None:
-    board = Board.preset("triangle-16")
-    table = IndependentRoom("r", board, tick_rate=60, max_balls=9)
-    accepted = table.drop(DropCommand(7, aim=0.01))
-    alone = drop(board, 7, aim=0.01)
-    assert (accepted.x, accepted.explicit_x, accepted.aim) == (alone.x_start, False, 0.01)
-    assert landings(play(table))[0].digest == alone.digest
-
-
 def test_watching_changes_nothing_but_what_is_told() -> None:
     watched, alone = room(), room()
     for table in (watched, alone):

@@ -1,6 +1,5 @@
-"""Ambiguous JSON is refused in every request, with its place."""
+"""Ambiguous JSON is refused in every body, with its place. For messages see live/test_live.py."""
 
-import asyncio
 import json
 from typing import Any
 
@@ -8,8 +7,6 @@ import httpx
 import pytest
 
 from tests.app.conftest import TINY
-from tests.kit.player import playing
-from tests.kit.serving import Running
 
 BIG = 1 << 12  # bytes; a worker checks larger bodies
 
@@ -73,30 +70,6 @@ def test_a_key_given_twice_deep_in_a_board_is_named(http: httpx.Client) -> None:
     board = json.dumps(TINY).replace('"radius": 0.05', '"radius": 0.05, "radius": 0.01')
     assert refused(http, "boards", board)["field"] == "pegs[0].radius"
     assert refused(http, "drops", f'{{"board": {board}}}')["field"] == "board.pegs[0].radius"
-
-
-@pytest.mark.parametrize(
-    ("text", "field", "why"),
-    [
-        ('{"type":"drop","seed":"1","seed":"2"}', "seed", "given twice"),
-        ('{"type":"drop","ref":{"a":1,"a":1}}', "ref.a", "given twice"),
-        ('{"type":"drop","x":NaN}', "x", "NaN is not a JSON number"),
-        ('{"type":"ping","t":1e999}', "t", "1e999 is out of range"),
-        ('{"type":"drop","seed":"1","who":"\\ud800"}', "who", "lone surrogate"),
-    ],
-)
-def test_a_message_that_could_be_read_in_two_ways_is_refused(
-    server: Running, text: str, field: str, why: str
-) -> None:
-    async def answered() -> dict[str, Any]:
-        async with playing(server.socket()) as player:
-            await player.socket.send(text)
-            return await player.until("error")
-
-    error = asyncio.run(answered())
-    assert error["code"] == "invalid-value"
-    assert error["detail"].startswith(f"{field}: ")
-    assert why in error["detail"]
 
 
 @pytest.mark.parametrize("padding", [0, BIG], ids=["short", "long"])
