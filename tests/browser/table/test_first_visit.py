@@ -9,10 +9,10 @@ from tests.browser.conftest import NO_DEMO, Complaints
 from tests.kit.process import ServerProcess
 
 DESK, PHONE = (1280, 800), (390, 844)
-PAGES = [
+PAGES = [  # besides the table, see SCREENS
     *(
         (path, DESK)
-        for path in ("", "replay.html?compare", "replay.html", "editor.html", "sandbox.html")
+        for path in ("replay.html?compare", "replay.html", "editor.html", "sandbox.html")
     ),
     ("replay.html?compare", PHONE),
 ]
