@@ -4,7 +4,7 @@ import re
 from typing import Any
 
 import pytest
-from playwright.sync_api import ViewportSize, expect
+from playwright.sync_api import Route, ViewportSize, expect
 
 from tests.browser.conftest import Complaints, Open, Quick, quick_table
 from tests.browser.screen import Screen
@@ -180,6 +180,24 @@ def test_auto_in_practice_asks_for_nothing_about_stakes(opened: Open, quick: Qui
         expect(page.locator(field)).to_be_hidden()
     screen.drop.click()
     expect(screen.result).to_have_text("Auto finished: 2 balls, practice")
+
+
+def test_the_drawer_that_was_asked_for_last_is_open(opened: Open, quick: Quick) -> None:
+    screen = opened(quick.page).ready()
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    screen.page.route("**/panels/fit*.js", hold)
+    screen.page.keyboard.press("l")
+    screen.until(lambda: held)
+    screen.page.keyboard.press("s")
+    expect(screen.page.locator("#settings")).to_be_visible()
+    held[0].continue_()
+    screen.page.evaluate("async (url) => { await import(url); }", held[0].request.url)
+    screen.frames(2)
+    expect(screen.page.locator("#settings")).to_be_visible()
 
 
 def test_a_drawer_that_cannot_be_fetched_says_so_and_opens_later(

@@ -9,12 +9,9 @@ from tests.browser.conftest import NO_DEMO, Complaints
 from tests.kit.process import ServerProcess
 
 DESK, PHONE = (1280, 800), (390, 844)
-PAGES = [  # besides the table, see SCREENS
-    *(
-        (path, DESK)
-        for path in ("replay.html?compare", "replay.html", "editor.html", "sandbox.html")
-    ),
-    ("replay.html?compare", PHONE),
+PAGES = [
+    *((f"{page}.html", DESK) for page in ("replay", "editor", "sandbox")),
+    *(("replay.html?compare", size) for size in (DESK, PHONE)),
 ]
 SCREENS = [(360, 640), (390, 844), (700, 900), (1280, 800)]
 

@@ -49,9 +49,11 @@ export function offerDrawers(game, load) {
     if (open && !wide.matches && !hasEntry()) window.history.pushState({ [ENTRY]: true }, "");
     else if (!open && hasEntry()) window.history.back();
   };
+  let wanted = ""; // the drawer asked for last: another may load longer
   /** @param {string} drawer */
   const pull = async (drawer) => {
-    if (await load(drawer)) show(drawer);
+    wanted = drawer;
+    if (await load(drawer) && wanted === drawer) show(drawer);
   };
   /** Opens a drawer, or closes it if it is open. @param {string} drawer */
   const turn = (drawer) => (open === drawer ? show(null) : void pull(drawer));
