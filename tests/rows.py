@@ -15,6 +15,7 @@ DEAR: Final = (
     ("tests/browser/table/",),
     ("tests/browser/",),
     ("tests/app/cluster/", "tests/app/persistence/"),
+    ("tests/repository/test_one_name.py", "tests/repository/test_wheel.py"),
 )
 """Groups of tests that share expensive fixtures, by the beginnings of their names."""
 

@@ -15,7 +15,7 @@ from tools.boards.wall_boards import seeds_of, wall_board, wall_pair
 
 BOARDS = 300
 DROPS = tries(4, 50)
-GROUPS = range(tries(10, 680))
+GROUPS = range(tries(5, 680))
 """Groups of BOARDS / 10 boards; `make test-long` plays a million drops."""
 
 

@@ -90,7 +90,7 @@ def test_the_page_gives_the_digests_of_drops_on_hard_boards(kind: str) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("group", range(tries(4, 40)))
+@pytest.mark.parametrize("group", range(tries(3, 40)))
 def test_the_page_gives_the_digests_of_drops_on_walls_in_pieces(group: int) -> None:
     for number in range(10 * group, 10 * group + tries(6, 10)):
         compare(wall_board(number), tries(2, 10))

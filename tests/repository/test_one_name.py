@@ -84,7 +84,7 @@ print([modules for modules in files.values() if len(modules) > 1])
 """
 
 
-@pytest.mark.parametrize("folder", [".", "src", "src/plinko", "engine", "app"])
+@pytest.mark.parametrize("folder", [".", "src/plinko", "engine"])
 def test_a_module_is_one_object_in_every_folder_of_the_source(
     editable: Installed, folder: str
 ) -> None:
@@ -108,8 +108,9 @@ def test_an_installed_package_has_no_other_name(environment: Installed, name: st
 
 
 def test_a_type_checker_finds_every_name_and_no_misspelt_one(
-    environment: Installed, project: Path
+    environment: Installed, project: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
+    cache = tmp_path_factory.getbasetemp() / "mypy"  # both environments have the same dependencies
     lines = ["import plinko", *(f"plinko.{name}" for name in plinko.__all__)]
     lines += [
         "from plinko.engine.board.model import Board",
@@ -119,7 +120,7 @@ def test_a_type_checker_finds_every_name_and_no_misspelt_one(
     (project / "study.py").write_text("\n".join(lines) + "\n")
     there = ["--python-executable", str(environment.folder / "bin" / "python")]
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", *there, "--cache-dir", str(project), "study.py"],
+        [sys.executable, "-m", "mypy", "--strict", *there, "--cache-dir", cache, "study.py"],
         cwd=project,
         capture_output=True,
         text=True,

@@ -464,7 +464,7 @@ BAD = [
     (("render", "triangle-8", "--seed", "1", "{tmp}/drop.gif", "--fps", "0"), "fps 0"),
     (("map", "triangle-8", "{tmp}/map.png", "--x", "99"), "x '99' is not a start"),
     (("map", "triangle-8", "{tmp}/map.png", "--x", "-4/3"), "x '-4/3' is not a start"),
-    (("map", "triangle-8", "{tmp}/none/map.png", "--levels", "1"), "{tmp}/none"),
+    (("map", "triangle-8", "{tmp}/none/map.png", "--levels", "1", "--pixels", "2"), "{tmp}/none"),
     (("seeds", "triangle-8", "--bin", "4", "--after", 2**64 - 1), "only 0 of 1 seeds"),
     (("seeds", "triangle-8", "--bin", "4", "--after", 2**64 - 9, "--json", "--count", "9"), "2^64"),
     (("seeds", "triangle-8", "--draw", "{tmp}/list.json", "--after", 2**64 - 1), "a list of 9"),
