@@ -20,8 +20,8 @@ WIDTH = 96
 GROUPS = {
     "Boards": ["Board", "BallSpec", "Material", "Peg", "Wall", "Bins", "Label", "DropZone",
                "polygon", "preset_names", "engine.board.payouts.Risk"],
-    "Drops": ["drop", "Drop", "engine.drops.drop.IMPACT", "engine.drops.drop.STATE", "Trajectory",
-              "Certainty", "Solver", "engine.parameters.SolverName", "drop_many",
+    "Drops": ["drop", "Drop", "engine.drops.trajectory.IMPACT", "engine.drops.drop.STATE",
+              "Trajectory", "Certainty", "Solver", "engine.parameters.SolverName", "drop_many",
               "engine.drops.batch.Seeds", "DropBatch", "concat", "sweep", "occupancy",
               "Occupancy", "seeds_landing_in", "find_draw"],
     "Proofs and records": ["certify", "Certificate", "verify", "Verification"],

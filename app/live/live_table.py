@@ -274,7 +274,7 @@ async def cut(fact: DropRow, flight: Flight, rate: int) -> Path | None:
 
     rate: ticks a second.
     """
-    if len(flight.path.events) <= LONG:
+    if len(flight.path.impacts) <= LONG:
         return None
     return await asyncio.to_thread(path_of, fact.ball, fact.tick, rate, flight.path)
 

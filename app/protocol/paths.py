@@ -178,9 +178,9 @@ def _halves(runs: Floats, bounds: Floats) -> Floats:
 
 def _hits(path: Trajectory, times: Floats) -> npt.NDArray[np.int64]:
     """The surface off which the ball bounces at each of these times, or -1."""
-    kinds, indices = path.marks.T
+    kinds, indices = path.impacts["kind"], path.impacts["index"]
     bounces = kinds <= KIND_WALL
-    at = path.events[bounces, 0]
+    at = path.impacts["t"][bounces]
     if not len(at):
         return np.full(len(times), -1)
     surfaces = np.where(kinds == KIND_PEG, indices, indices + len(path.board.pegs))[bounces]

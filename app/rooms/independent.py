@@ -272,7 +272,7 @@ class IndependentRoom(Room):
                 landed.append(self._count(result))
             else:
                 self._fly(fact, flight)
-                if flight.path.events.shape[0] > LONG:  # not later, on the event loop
+                if len(flight.path.impacts) > LONG:  # not later, on the event loop
                     self.path(fact.ball)
         self.world.skip_ids(state.drops)
         self.seq = state.drops + self.unsettled + sum(self.histogram)

@@ -1,9 +1,8 @@
 """The full path of one ball of a billiard up to an instant, with rolling and sliding."""
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace
 
 from benchmarks.billiards.billiard import Billiard
 from benchmarks.billiards.flow import MAX_SPEED, MAX_TIME
@@ -68,7 +67,7 @@ def _followed(
 
 def _cut(path: Trajectory, until: float) -> Trajectory:
     """Cut a path at `until`; its last flight must reach that time."""
-    events = int(np.searchsorted(path.events[:, 0], until, side="right"))
+    events = int(np.searchsorted(path.impacts["t"], until, side="right"))
     segments = int(np.searchsorted(path.segments[:, body.T], until, side="right"))
     far = path.end.copy()
     far[body.T] = np.inf
@@ -78,7 +77,6 @@ def _cut(path: Trajectory, until: float) -> Trajectory:
         outcome=TIME_LIMIT,
         bin=-1,
         end=end,
-        events=path.events[:events],
-        marks=path.marks[:events],
+        impacts=path.impacts[:events],
         segments=path.segments[:segments],
     )

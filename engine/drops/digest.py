@@ -24,45 +24,25 @@ from plinko.engine.canonical import float_bits
 from plinko.engine.constants import PHYSICS_VERSION
 from plinko.engine.parameters import Solver
 
-
-class DropDigest:
-    """Computes the digest of one drop whose events arrive in parts of any size."""
-
-    def __init__(
-        self,
-        board_digest: str,
-        solver: Solver,
-        start: npt.ArrayLike,
-        outcome: int,
-        events: int,
-    ) -> None:
-        head = b"plinko drop" + bytes.fromhex(board_digest) + struct.pack("<I", PHYSICS_VERSION)
-        begin = float_bits(start).tobytes() + struct.pack("<BQ", outcome, events)
-        self._sha = hashlib.sha256(head + solver.encoded() + begin)
-
-    def add(self, events: npt.NDArray[np.float64], marks: npt.NDArray[np.int32]) -> None:
-        """Add the next events, shape (n, 6), and their marks, shape (n, 2), from a log."""
-        rows = np.empty((len(events), 7), "<f8")
-        rows[:, :6] = float_bits(events)
-        rows.view("<i4")[:, 12:] = marks
-        self._sha.update(rows.tobytes())
-
-    def hexdigest(self) -> str:
-        """Return the digest, 64 hex digits, after all events were added."""
-        return self._sha.hexdigest()
+_START: Final = struct.Struct("<5dBQ")
 
 
 def drop_digest(
     board_digest: str,
     solver: Solver,
-    start: npt.ArrayLike,
+    start: tuple[float, float, float, float, float],
     outcome: int,
-    events: npt.NDArray[np.float64],
-    marks: npt.NDArray[np.int32],
+    impacts: npt.NDArray[np.void],
 ) -> str:
-    """Hex digest of one drop; events, shape (n, 6), and marks, shape (n, 2), from its log."""
-    digest = DropDigest(board_digest, solver, start, outcome, len(events))
-    digest.add(events, marks)
+    """Hex digest of one drop.
+
+    start: finite x, y, vx, vy, omega. impacts, shape (n,): the events as encoded above, which is
+    the layout of dtype `IMPACT`.
+    """
+    head = b"plinko drop" + bytes.fromhex(board_digest) + struct.pack("<I", PHYSICS_VERSION)
+    begin = _START.pack(*start, outcome, len(impacts))
+    digest = hashlib.sha256(head + solver.encoded() + begin)
+    digest.update(impacts)
     return digest.hexdigest()
 
 

@@ -1,6 +1,7 @@
 """One seeded drop: the ball's path, the bin it lands in, and a digest of the whole drop."""
 
 import json
+import struct
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -12,22 +13,14 @@ import numpy.typing as npt
 from plinko.engine.board.model import Board
 from plinko.engine.constants import KIND_WALL, PHYSICS_VERSION
 from plinko.engine.drops.certainty import Certainty, certainty_of
-from plinko.engine.drops.digest import drop_digest
 from plinko.engine.drops.drawing import MOMENTS, path_svg
 from plinko.engine.drops.start import aim_of, start_of, unsigned_zero
-from plinko.engine.drops.trajectory import Trajectory, at_start, follow, start_row
+from plinko.engine.drops.trajectory import Trajectory, at_start, digest_of, follow
 from plinko.engine.errors import ParameterError
 from plinko.engine.exact.outcome import LANDED, REASONS
 from plinko.engine.notebooks import figure, png
 from plinko.engine.parameters import Solver, SolverName, make_solver
 from plinko.engine.seeding import parse_seed
-
-IMPACT = np.dtype(
-    [(name, "<f8") for name in ("t", "x", "y", "vx", "vy", "omega")]
-    + [("kind", "<i4"), ("index", "<i4")]
-)
-"""An impact: the state right after it (s, m, m/s, rad/s), its kind, and the index of the peg or
-wall."""
 
 STATE = np.dtype([(name, "<f8") for name in ("t", "x", "y", "theta", "vx", "vy", "omega")])
 """A state of a ball: s, m, rad, m/s, rad/s."""
@@ -115,19 +108,13 @@ class Drop:
         """x of the centre at the landing (or at the end of the simulation), m."""
         return float(self.trajectory.end[1])
 
-    @cached_property
+    @property
     def impacts(self) -> npt.NDArray[np.void]:
         """All events in order, shape (n,), dtype IMPACT, read-only.
 
         `plinko.engine.constants` has the kinds.
         """
-        rows = np.zeros(len(self.trajectory.events), IMPACT)
-        for column, name in enumerate(("t", "x", "y", "vx", "vy", "omega")):
-            rows[name] = self.trajectory.events[:, column]
-        rows["kind"] = self.trajectory.marks[:, 0]
-        rows["index"] = self.trajectory.marks[:, 1]
-        rows.setflags(write=False)
-        return rows
+        return self.trajectory.impacts
 
     @property
     def impact_count(self) -> int:
@@ -137,10 +124,7 @@ class Drop:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the drop, 64 hex digits; `plinko.engine.drops.digest` lists its bytes."""
-        path = self.trajectory
-        return drop_digest(
-            self.board.digest, self.solver, start_row(path), path.outcome, path.events, path.marks
-        )
+        return digest_of(self.board.digest, self.trajectory)
 
     @cached_property
     def certainty(self) -> Certainty:
@@ -177,62 +161,53 @@ class Drop:
 
         certainty: also include how certain the bin is.
         """
-        return self._before_impacts() | {"impacts": self._rows()} | self._after_impacts(certainty)
-
-    def to_json(self, *, certainty: bool = False) -> str:
-        """The record as one line of JSON, as `plinko drop --json` prints it."""
-        before, after = _json(self._before_impacts()), _json(self._after_impacts(certainty))
-        return f'{before[:-1]}, "impacts": {self._rows_json()}, {after[1:]}'
-
-    def _before_impacts(self) -> dict[str, Any]:
+        board, solver = self.board, self.solver
         record: dict[str, Any] = {
-            "board": self.board.preset_name or self.board.to_dict(),
-            "board_digest": self.board.digest,
+            "board": board.preset_name or board.to_dict(),
+            "board_digest": board.digest,
             "seed": None if self.seed is None else str(self.seed),
         }
         if self.explicit_x:
             record["x"] = self.x_start
         if self.aim is not None:
             record["aim"] = self.aim
-        return record | {
-            "solver": self.solver.name,
-            **self.solver.fields(),
-            "physics_version": PHYSICS_VERSION,
-            "bin": self.bin,
-            "score": self.score,
-            **({} if self.label is None else {"label": self.label}),
-            "duration": self.duration,
-            "x_end": self.x_end,
-        }
+        record["solver"] = solver.name
+        record |= solver.fields()
+        record["physics_version"] = PHYSICS_VERSION
+        record["bin"] = self.bin
+        record["score"] = self.score
+        if self.label is not None:
+            record["label"] = self.label
+        record["duration"] = self.duration
+        record["x_end"] = self.x_end
+        record["impacts"] = list(map(list, _ROW.iter_unpack(self.impacts)))
+        record["digest"] = self.digest
+        if certainty:
+            record["amplification"] = self.amplification
+            record["x_error"] = self.certainty.error
+            record["certain"] = self.certain
+        return record
 
-    def _after_impacts(self, certainty: bool) -> dict[str, Any]:
-        if not certainty:
-            return {"digest": self.digest}
-        return {
-            "digest": self.digest,
-            "amplification": self.amplification,
-            "x_error": self.certainty.error,
-            "certain": self.certain,
-        }
+    def to_json(self, *, certainty: bool = False) -> str:
+        """The record as one line of JSON, as `plinko drop --json` prints it.
 
-    def _rows(self) -> list[list[float]]:
-        path = self.trajectory
-        marked = zip(path.events.tolist(), path.marks.tolist(), strict=True)
-        return [[*event, *mark] for event, mark in marked]
-
-    def _rows_json(self) -> str:
-        """The impacts in the same text as `_json`, but encoded by msgspec, which is faster.
-
-        The two differ only in numbers that Python writes with an exponent; then `_json` is used.
+        msgspec encodes the impacts, which is faster, if no number needs an exponent: it writes
+        those otherwise than Python.
         """
+        record = self.to_dict(certainty=certainty)
         size = np.abs(self.trajectory.events)
-        if ((size >= _FIXED[0]) & (size < _FIXED[1]) | (size == 0.0)).all():
-            return msgspec.json.encode(self._rows()).decode().replace(",", ", ")
-        return _json(self._rows())
+        if not ((size >= _FIXED[0]) & (size < _FIXED[1]) | (size == 0.0)).all():
+            return _json(record)
+        rows = msgspec.json.encode(record["impacts"]).decode().replace(",", ", ")
+        record["impacts"] = []
+        return _json(record).replace('"impacts": []', f'"impacts": {rows}')
 
 
 _FIXED: Final = (1e-4, 1e16)
 """Range of |x| in which Python writes x without an exponent."""
+
+_ROW: Final = struct.Struct("<6d2i")
+"""An impact, as in dtype IMPACT."""
 
 _json: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 

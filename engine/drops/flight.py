@@ -9,9 +9,8 @@ from math import ceil
 import numpy as np
 
 from plinko.engine.board.model import Board
-from plinko.engine.drops.digest import drop_digest
 from plinko.engine.drops.sliced import Slice, SlicedPath
-from plinko.engine.drops.trajectory import Trajectory, at_start, follow, start_row
+from plinko.engine.drops.trajectory import Trajectory, at_start, digest_of, follow
 from plinko.engine.exact.outcome import LANDED, REASONS
 from plinko.engine.parameters import Exact
 from plinko.engine.physics import body
@@ -27,8 +26,7 @@ class Flight:
 
     @classmethod
     def of(cls, board: Board, path: Trajectory) -> "Flight":
-        rows = (start_row(path), path.outcome, path.events, path.marks)
-        return cls(board, path, drop_digest(board.digest, path.solver, *rows))
+        return cls(board, path, digest_of(board.digest, path))
 
     @property
     def x(self) -> float:
@@ -110,8 +108,7 @@ class SlicedFlight:
                 path.state,
                 path.outcome,
                 path.bin,
-                np.concatenate([part.events for part in parts]),
-                np.concatenate([part.marks for part in parts]),
+                np.concatenate([part.impacts for part in parts]),
                 np.concatenate([part.segments for part in parts]),
             ),
         )

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from plinko.engine.board.model import Board
 from plinko.engine.constants import MAX_TIME
-from plinko.engine.drops.trajectory import at_start
+from plinko.engine.drops.trajectory import at_start, impacts_of
 from plinko.engine.errors import EffortError
 from plinko.engine.exact import event_log
 from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
@@ -34,8 +34,7 @@ _BEYOND = 8  # log rows for events beyond the limit; a slice that needs more is 
 class Slice:
     """The rows that a slice adds to a ball's log, as in a `Trajectory`."""
 
-    events: Floats  # (n, 6)
-    marks: npt.NDArray[np.int32]  # (n, 2)
+    impacts: npt.NDArray[np.void]  # (n,)
     segments: Floats  # (m, 11)
 
 
@@ -117,4 +116,4 @@ class SlicedPath:
 
 def _slice(log: Log) -> Slice:
     events, segments = log.counts[event_log.EVENTS], log.counts[event_log.SEGMENTS]
-    return Slice(log.events[:events], log.marks[:events], log.segments[:segments])
+    return Slice(impacts_of(log.events[:events], log.marks[:events]), log.segments[:segments])

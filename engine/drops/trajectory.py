@@ -1,14 +1,16 @@
 """Computes one ball's trajectory from start to end: the bridge between drops and the kernels."""
 
-from dataclasses import dataclass
 from typing import Final
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
 from plinko.engine.board.cache import BoardCache
 from plinko.engine.board.fields import BoardFields
+from plinko.engine.canonical import float_bits
 from plinko.engine.constants import MAX_TIME
+from plinko.engine.drops.digest import drop_digest
 from plinko.engine.exact.board_arrays import BoardArrays, arrays_of
 from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.initial_state import in_flight
@@ -32,12 +34,37 @@ _MACHINE: Final = 1 << 19
 """Bytes of a flight without its board's arrays."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Trajectory:
+IMPACT: Final = np.dtype(
+    [(name, "<f8") for name in ("t", "x", "y", "vx", "vy", "omega")]
+    + [("kind", "<i4"), ("index", "<i4")]
+)
+"""An impact: the state right after it (s, m, m/s, rad/s), its kind, and the index of the peg or
+wall."""
+
+
+def impacts_of(events: Floats, marks: npt.NDArray[np.int32]) -> npt.NDArray[np.void]:
+    """The events, shape (n, 6), and marks, shape (n, 2), of a log as an array of dtype IMPACT."""
+    rows = np.empty((len(events), 7), "<f8")
+    rows[:, :6] = float_bits(events)
+    rows.view("<i4")[:, 12:] = marks
+    return rows.view(IMPACT)[:, 0]
+
+
+def events_in(impacts: npt.NDArray[np.void]) -> Floats:
+    """t, x, y, vx, vy, omega of impacts, shape (n, 6)."""
+    return impacts.view("<f8").reshape(-1, 7)[:, :6]
+
+
+def marks_in(impacts: npt.NDArray[np.void]) -> npt.NDArray[np.int32]:
+    """kind and index of impacts, shape (n, 2)."""
+    return impacts.view("<i4").reshape(-1, 14)[:, 12:]
+
+
+class Trajectory(msgspec.Struct, frozen=True, eq=False):
     """The whole motion of one ball.
 
-    start and end: states, shape (7,): t, x, y, vx, vy, theta, omega. events, shape (n, 6), and
-    marks, shape (n, 2): the drop's log. segments: what `states_at` reads. All are read-only.
+    start and end: states, shape (7,): t, x, y, vx, vy, theta, omega. impacts, shape (n,), dtype
+    IMPACT: all events. segments: what `states_at` reads. All are read-only.
     """
 
     board: BoardFields
@@ -46,16 +73,23 @@ class Trajectory:
     end: Floats
     outcome: int
     bin: int
-    events: Floats
-    marks: npt.NDArray[np.int32]
+    impacts: npt.NDArray[np.void]
     segments: Floats
 
     def __post_init__(self) -> None:
-        for array in (self.start, self.end, self.events, self.marks, self.segments):
+        for array in (self.start, self.end, self.impacts, self.segments):
             array.setflags(write=False)
 
     def __repr__(self) -> str:
-        return f"<Trajectory on {self.board.name!r} of {len(self.events)} events>"
+        return f"<Trajectory on {self.board.name!r} of {len(self.impacts)} events>"
+
+    @property
+    def events(self) -> Floats:
+        return events_in(self.impacts)
+
+    @property
+    def marks(self) -> npt.NDArray[np.int32]:
+        return marks_in(self.impacts)
 
     def states_at(self, times: Floats) -> Floats:
         """States at `times`, shape (n,), in s since the start, as an array of shape (n, 7)."""
@@ -127,8 +161,7 @@ class _Flight:
             end=self._state.copy(),
             outcome=int(self._outcome[0]),
             bin=int(self._bin[0]),
-            events=self._events[:events].copy(),
-            marks=self._marks[:events].copy(),
+            impacts=impacts_of(self._events[:events], self._marks[:events]),
             segments=self._segments[:segments].copy(),
         )
 
@@ -194,6 +227,8 @@ def follow(
         rows = found
 
 
-def start_row(trajectory: Trajectory) -> Floats:
-    """x, y, vx, vy, omega at the start, in the order of a digest."""
-    return trajectory.start[[body.X, body.Y, body.VX, body.VY, body.OMEGA]]
+def digest_of(board_digest: str, path: Trajectory) -> str:
+    """The digest of the drop with this path, 64 hex digits."""
+    _, x, y, vx, vy, _, omega = path.start.tolist()
+    start = (x, y, vx, vy, omega)
+    return drop_digest(board_digest, path.solver, start, path.outcome, path.impacts)

@@ -28,12 +28,11 @@ class End:
 class Progress:
     """The new events of the ball in `row` of `states` in one step, and its end if it has ended.
 
-    events, shape (n, 6), and marks, shape (n, 2), are rows of an event log.
+    impacts, shape (n,), has dtype `plinko.engine.drops.trajectory.IMPACT`.
     """
 
     row: int
-    events: Floats
-    marks: npt.NDArray[np.int32]
+    impacts: npt.NDArray[np.void]
     end: End | None
 
 

@@ -44,7 +44,7 @@ class ExactBalls:
     @property
     def events(self) -> int:
         """Number of events of all flights."""
-        return sum(len(flight.path.events) for flight in self._flights)
+        return sum(len(flight.path.impacts) for flight in self._flights)
 
     def add(self, x: float) -> None:
         self.add_flight(fly(self._board, x), 0)
@@ -113,13 +113,12 @@ class ExactBalls:
     def _progress(self, row: int) -> Progress:
         """The events of a ball since the last call."""
         flight, time = self._flights[row], float(self._ticks[row] * self._dt)
-        path, first = flight.path, int(self._event[row])
-        last = first + int(path.events[first:, 0].searchsorted(time, side="right"))
+        impacts, first = flight.path.impacts, int(self._event[row])
+        last = first + int(impacts["t"][first:].searchsorted(time, side="right"))
         self._event[row] = last
-        left = last < len(path.events)
-        self._next_time[row] = path.events[last, 0] if left else flight.duration
+        self._next_time[row] = impacts["t"][last] if last < len(impacts) else flight.duration
         end = self._end(flight) if flight.duration <= time else None
-        return Progress(row, path.events[first:last], path.marks[first:last], end)
+        return Progress(row, impacts[first:last], end)
 
     def _end(self, flight: Flight) -> End:
         path, ticks = flight.path, flight.ticks(self._dt)

@@ -220,7 +220,7 @@ class World:
         news: list[tuple[tuple[float, int, int], Event]] = []
         for progress in progresses:
             ball = self._balls[progress.row]
-            self._bounced[progress.row] = (progress.marks[:, 0] <= KIND_WALL).any()
+            self._bounced[progress.row] = (progress.impacts["kind"] <= KIND_WALL).any()
             if contacts:
                 news += self._contacts(ball, progress)
             if progress.end is not None:
@@ -236,14 +236,12 @@ class World:
     ) -> list[tuple[tuple[float, int, int], Event]]:
         """Contacts, each with its sort key: time in the world, kind, ball."""
         found: list[tuple[tuple[float, int, int], Event]] = []
-        for row, (kind, index) in zip(
-            progress.events.tolist(), progress.marks.tolist(), strict=True
-        ):
+        for t, x, y, vx, vy, _, kind, index in progress.impacts.tolist():
             if kind > KIND_WALL:
                 continue
-            speed = approach_speed(self.board, kind, index, tuple(row[1:5]))
-            contact = Contact(ball.id, row[0], row[1], row[2], kind, index, speed)
-            found.append(((ball.tick * self.dt + row[0], kind, ball.id), contact))
+            speed = approach_speed(self.board, kind, index, (x, y, vx, vy))
+            contact = Contact(ball.id, t, x, y, kind, index, speed)
+            found.append(((ball.tick * self.dt + t, kind, ball.id), contact))
         return found
 
     def _landing(self, ball: Ball, end: End) -> tuple[tuple[float, int, int], Event]:

@@ -1,8 +1,8 @@
 """On boards whose walls come in pieces, every drop keeps to the surface and gains no energy."""
 
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Wall
@@ -107,9 +107,9 @@ def test_the_check_sees_energy_a_jump_and_a_wrong_bounce(slope: Board) -> None:
     jumping = path.segments.copy()
     jumping[1:, body.X] += 1e-8
     assert "jump" in kinds_of(slope, replace(path, segments=jumping))
-    inwards = path.events.copy()
-    inwards[0, 4] = 1.0
-    assert "hits inwards" in kinds_of(slope, replace(path, events=inwards))
+    inwards = path.impacts.copy()
+    inwards["vy"][0] = 1.0
+    assert "hits inwards" in kinds_of(slope, replace(path, impacts=inwards))
 
 
 def test_the_check_sees_a_ball_at_rest_in_mid_air(slope: Board) -> None:

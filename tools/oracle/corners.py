@@ -20,7 +20,7 @@ from plinko.engine.board.materials import Material
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Peg, Wall
 from plinko.engine.constants import KIND_PEG, KIND_WALL, MAX_TIME
-from plinko.engine.drops.trajectory import Trajectory
+from plinko.engine.drops.trajectory import Trajectory, impacts_of
 from plinko.engine.exact import event_log, initial_state
 from plinko.engine.exact.board_arrays import arrays_of
 from plinko.engine.exact.event_log import new_log
@@ -160,7 +160,7 @@ class Corner:
         events, segments = log.counts[event_log.EVENTS], log.counts[event_log.SEGMENTS]
         return Trajectory(
             board, Exact(), start, state, int(outcome[0]), -1,
-            log.events[:events], log.marks[:events], log.segments[:segments],
+            impacts_of(log.events[:events], log.marks[:events]), log.segments[:segments],
         )  # fmt: skip
 
     def acceleration(self, omega: float) -> tuple[Floats, float]:

@@ -15,6 +15,7 @@ from plinko.engine.board.parts import DropZone
 from plinko.engine.canonical import float_bits
 from plinko.engine.constants import KIND_LANDING, PHYSICS_VERSION
 from plinko.engine.drops.digest import drop_digest
+from plinko.engine.drops.trajectory import impacts_of
 from plinko.engine.parameters import Exact, SolverName, Stepped
 from plinko.engine.seeding import start_x
 from tests.engine.multibody.static_scenes import place
@@ -172,19 +173,19 @@ def test_each_part_of_a_drop_is_in_its_digest() -> None:
     marks = np.array([[0, 3], [5, 1]], np.int32)
     start = (0.1, 0.0, 0.0, 0.0, 0.0)
     board = "00" * 32
-    base = drop_digest(board, Exact(), start, 0, events, marks)
+    base = drop_digest(board, Exact(), start, 0, impacts_of(events, marks))
     changed = events.copy()
     changed[1, 5] = math.nextafter(changed[1, 5], 100.0)
     marked = marks.copy()
     marked[0, 1] = 4
     others = [
-        drop_digest("01" + board[2:], Exact(), start, 0, events, marks),
-        drop_digest(board, Stepped(), start, 0, events, marks),
-        drop_digest(board, Exact(), (0.1, 0.0, 0.0, 0.0, -0.0), 0, events, marks),
-        drop_digest(board, Exact(), start, 1, events, marks),
-        drop_digest(board, Exact(), start, 0, events[:1], marks[:1]),
-        drop_digest(board, Exact(), start, 0, changed, marks),
-        drop_digest(board, Exact(), start, 0, events, marked),
+        drop_digest("01" + board[2:], Exact(), start, 0, impacts_of(events, marks)),
+        drop_digest(board, Stepped(), start, 0, impacts_of(events, marks)),
+        drop_digest(board, Exact(), (0.1, 0.0, 0.0, 0.0, -0.0), 0, impacts_of(events, marks)),
+        drop_digest(board, Exact(), start, 1, impacts_of(events, marks)),
+        drop_digest(board, Exact(), start, 0, impacts_of(events[:1], marks[:1])),
+        drop_digest(board, Exact(), start, 0, impacts_of(changed, marks)),
+        drop_digest(board, Exact(), start, 0, impacts_of(events, marked)),
     ]
     assert len({base, *others}) == len(others) + 1
 
@@ -192,6 +193,9 @@ def test_each_part_of_a_drop_is_in_its_digest() -> None:
 def test_every_nan_has_the_same_bits_in_a_digest() -> None:
     signed = np.array([0xFFF8000000000000, 0x7FF0000000000001, 0x7FF8000000000000], np.uint64)
     assert len({bits.tobytes() for bits in float_bits(signed.view(np.float64))}) == 1
+    events = np.repeat(signed.view(np.float64), 6).reshape(3, 6)
+    rows = impacts_of(events, np.zeros((3, 2), np.int32))
+    assert len({row.tobytes() for row in rows}) == 1
 
 
 def test_no_seed_and_no_start_is_refused() -> None:

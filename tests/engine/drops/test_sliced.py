@@ -30,7 +30,7 @@ def assert_same(board: Board, x: float, sizes: "list[int]", most: int = 100_000)
     whole = follow(board, at_start(board, x), Exact(), most)
     path = SlicedPath(board, x, most)
     parts = in_slices(path, sizes)
-    for name in ("events", "marks", "segments"):
+    for name in ("impacts", "segments"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         assert joined.tobytes() == getattr(whole, name).tobytes(), name
     assert path.state.tobytes() == whole.end.tobytes()
@@ -76,7 +76,7 @@ def test_slices_get_shorter_where_a_call_takes_too_long(
     board = Board.preset("triangle-16")
     assert assert_same(board, start_of(board, 0, None), [64]) > 16
     path = SlicedPath(board, start_of(board, 0, None))
-    assert 0 < len(path.follow(64).events) < 16
+    assert 0 < len(path.follow(64).impacts) < 16
 
 
 def test_a_single_event_that_takes_too_long_says_so(
@@ -108,5 +108,5 @@ def test_what_has_ended_has_nothing_more() -> None:
     in_slices(path, [1000])
     end = path.state.copy()
     part = path.follow(10)
-    assert (len(part.events), len(part.segments)) == (0, 0)
+    assert (len(part.impacts), len(part.segments)) == (0, 0)
     assert path.state.tobytes() == end.tobytes()

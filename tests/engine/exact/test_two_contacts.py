@@ -187,5 +187,5 @@ def test_a_start_in_a_notch_is_the_same_in_slices() -> None:
     board = place(walls=walls, restitution=0.1, friction=0.3, radius=R, bins=NEAR, drop=ZONE)
     whole = drop(board, x=-0.2)
     sliced = SlicedPath(board, -0.2)
-    events = [sliced.follow(1).events for _ in range(len(whole.impacts) + 1)]
-    assert np.array_equal(np.concatenate(events), whole.trajectory.events)
+    impacts = [sliced.follow(1).impacts for _ in range(len(whole.impacts) + 1)]
+    assert np.array_equal(np.concatenate(impacts), whole.impacts)
