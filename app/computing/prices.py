@@ -6,8 +6,7 @@ in CPU seconds, and corrected by the measured time afterwards.
 """
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from plinko.app.errors import CostError
 from plinko.engine import Board
@@ -53,12 +52,11 @@ _ONCE: Final = 1e-3  # fixed cost of any job for a worker
 _PRESET_RECORD: Final = 2e-4  # 60 to 120 us
 
 
-@dataclass(frozen=True, slots=True)
-class Price:
+class Price(NamedTuple):
     """An amount of work in the unit `what`, its limit, and its estimate in CPU seconds.
 
     Workers take `quick` jobs before others. preset: the server's own process computes a job whose
-    only work is a drop on this board; see `ShortDrops`.
+    only work is a drop on this board; see `Computing.at_once`.
     """
 
     what: str

@@ -5,8 +5,7 @@ block the event loop.
 """
 
 import time
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -37,8 +36,7 @@ MAX_FRAMES: Final = 100_000  # rows of one reply, about 10 MB of JSON
 _CHUNK: Final = 100  # drops between two checks of the time: a few ms on any preset
 
 
-@dataclass(frozen=True, slots=True)
-class Ask:
+class Ask(NamedTuple):
     """All inputs of a drop."""
 
     board: Board
@@ -67,8 +65,7 @@ class Ask:
         return make_drop(self.board, self.seed, unsigned_zero(self.x), self.solver, self.aim)
 
 
-@dataclass(frozen=True, slots=True)
-class Many:
+class Many(NamedTuple):
     """`drops` drops of a board with the exact solver, with consecutive seeds from `first` on."""
 
     board: Board

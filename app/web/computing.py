@@ -8,56 +8,17 @@ from typing import Final, TypeVar, TypeVarTuple, cast
 
 from plinko.app.computing.pool import MAX_JOBS, Workers
 from plinko.app.computing.prices import Price
-from plinko.app.computing.process import Done
 from plinko.app.errors import EndedError
 from plinko.app.persistence.room_log import MOST_READERS
 from plinko.app.pictures.cache import PICTURE_BYTES, Pictures
 from plinko.app.pictures.film import MAX_CAMERAS, MAX_VIEWERS, Cameras
 from plinko.app.web.limits import COMPUTE_BURST, COMPUTE_RATE, Budgets
-from plinko.engine import Board
 from plinko.engine.drops import trajectory
-from plinko.engine.errors import EngineError
 from plinko.engine.jit.limits import at_most
 
 EFFORT: Final = 4_000_000
 """WebAssembly instructions that a drop may take here, about 0.6 ms: 40 times the usual number on a
 preset."""
-
-
-class ShortDrops:
-    """Drops on presets, in the event loop's thread; `effort` limits each, in instructions."""
-
-    def __init__(self, effort: int = EFFORT) -> None:
-        self._effort = effort
-        self._preparing: dict[str, asyncio.Future[None]] = {}
-
-    def is_ready(self, preset: Board) -> bool:
-        """Whether the board's arrays are ready, so that a drop takes no longer than usual.
-
-        Making them takes some ms. The first call for a board has a thread do it.
-        """
-        made = self._preparing.get(preset.digest)
-        if made is None:
-            loop = asyncio.get_running_loop()
-            made = loop.run_in_executor(None, trajectory.prepare, preset)
-            self._preparing[preset.digest] = made
-        return made.done()
-
-    def measured(self, work: Callable[[], object]) -> Done:
-        """Run `work`, which computes a drop on a ready preset.
-
-        The error of the result is an EffortError if the drop exceeds the effort.
-        """
-        value: object = None
-        error: Exception | None = None
-        began = time.thread_time()
-        try:
-            with at_most(self._effort):
-                value = work()
-        except EngineError as raised:
-            error = raised
-        return Done(value, error, time.thread_time() - began)
-
 
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
@@ -67,31 +28,45 @@ _MOMENTS: Final = 1 << 22
 
 
 class Computing:
-    """Workers, short drops, caches of pictures and cameras. `readers` only reads the ledger."""
+    """Workers, caches of pictures, and cameras. `readers` only reads the ledger."""
 
     def __init__(self, processes: int) -> None:
         self.budgets = Budgets(COMPUTE_RATE, COMPUTE_BURST)
         self.workers = Workers(processes, MAX_JOBS)
         self.readers = Workers(1, MOST_READERS)
-        self.short = ShortDrops()
+        self.effort = EFFORT
+        self._preparing: dict[str, asyncio.Future[None]] = {}
         self.pictures = Pictures(PICTURE_BYTES)
         self.moments = Pictures(_MOMENTS)
         self.cameras = Cameras(MAX_CAMERAS, MAX_VIEWERS, budget=self.budgets)
 
     def is_short(self, price: Price) -> bool:
-        """Whether `at_once` can do a job of this price now."""
-        return price.preset is not None and self.short.is_ready(price.preset)
+        """Whether `at_once` can do a job of this price now: a drop on a preset that is ready.
+
+        Making a preset's arrays takes some ms. The first call for a preset has a thread do it.
+        """
+        if price.preset is None:
+            return False
+        made = self._preparing.get(price.preset.digest)
+        if made is None:
+            loop = asyncio.get_running_loop()
+            made = loop.run_in_executor(None, trajectory.prepare, price.preset)
+            self._preparing[price.preset.digest] = made
+        return made.done()
 
     def at_once(self, address: str, price: Price, task: Callable[[*Ts], T], *values: *Ts) -> T:
-        """The result of `task(*values)`, a short drop, computed by this process.
+        """The result of `task(*values)`, a short drop, computed by the event loop's thread.
 
-        Raises BudgetError, EffortError if it is no short drop, and the errors of the task.
+        Raises BudgetError, EffortError if it takes more than `effort` instructions, and the errors
+        of the task.
         """
         now = time.monotonic()
         self.budgets.charge(address, now, price.seconds, price.what)
-        done = self.short.measured(functools.partial(task, *values))
-        self.budgets.settle(address, now, done.seconds - price.seconds)
-        return cast(T, _result(done))
+        began = time.thread_time()
+        try:
+            return at_most(self.effort, task, *values)
+        finally:
+            self.budgets.settle(address, now, time.thread_time() - began - price.seconds)
 
     async def compute(
         self, address: str, price: Price, task: Callable[[*Ts], T], *values: *Ts
@@ -112,7 +87,9 @@ class Computing:
             raise
         finally:
             self.budgets.settle(address, time.monotonic(), sum(spent) - price.seconds)
-        return cast(T, _result(done))
+        if done.error is not None:
+            raise done.error
+        return cast(T, done.value)
 
     def release(self) -> None:
         """End all work, so that the requests that wait for it are answered."""
@@ -122,9 +99,3 @@ class Computing:
     def close(self) -> None:
         self.cameras.close()
         self.release()
-
-
-def _result(done: Done) -> object:
-    if done.error is not None:
-        raise done.error
-    return done.value

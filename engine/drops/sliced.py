@@ -79,8 +79,7 @@ class SlicedPath:
         while True:
             limit = min(most, self._most, self._max_events - self.events)
             try:
-                with at_most(EFFORT):
-                    return self._followed(limit)
+                return at_most(EFFORT, self._followed, limit)
             except EffortError:
                 if limit == 1:
                     raise

@@ -4,11 +4,13 @@ The limit counts WebAssembly instructions, so that the same calls end on every m
 it is. Counting takes a seventh more time, so it is off by default.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from contextvars import ContextVar
 from threading import Event
-from typing import Final
+from typing import Final, TypeVar, TypeVarTuple
+
+T = TypeVar("T")
+Ts = TypeVarTuple("Ts")
 
 MOST: Final = 4_000_000_000
 """Instructions in a limited call, some 0.4 s. A step of 500 balls takes a thousandth of that; a
@@ -30,12 +32,11 @@ def are_limited() -> bool:
     return _limited.is_set()
 
 
-@contextmanager
-def at_most(instructions: int) -> Iterator[None]:
-    """Use another limit for the calls within the context; no effect if calls are not limited."""
+def at_most(instructions: int, work: Callable[[*Ts], T], *values: *Ts) -> T:
+    """`work(*values)` with another limit for its calls; no effect if calls are not limited."""
     usual = _most.set(instructions)
     try:
-        yield
+        return work(*values)
     finally:
         _most.reset(usual)
 

@@ -290,7 +290,9 @@ def cache_headers(etag: str) -> dict[str, str]:
 
 def is_current(request: Request, etag: str) -> bool:
     """Whether the request's If-None-Match has this ETag (weak comparison, RFC 9110)."""
-    asked = request.headers.get("if-none-match", "")
+    asked = request.headers.get("if-none-match")
+    if asked is None:
+        return False
     tags = {tag.strip().removeprefix("W/") for tag in asked.split(",")}
     return "*" in tags or f'"{etag}"' in tags
 

@@ -1,13 +1,15 @@
 """Short drops on presets that the server computes in its own process, within a time limit."""
 
 import asyncio
-import functools
+import contextlib
+import time
 
 import pytest
 
+from plinko.app.computing.prices import Price
 from plinko.app.computing.tasks import Ask, record
-from plinko.app.errors import InvalidValueError
-from plinko.app.web.computing import ShortDrops
+from plinko.app.web.computing import Computing
+from plinko.app.web.limits import Budgets
 from plinko.engine import Board, drop
 from plinko.engine.drops import trajectory
 from plinko.engine.errors import EffortError, ParameterError
@@ -15,40 +17,38 @@ from plinko.engine.parameters import Exact
 from tests.kit.presets import SAMPLE
 
 BOARD = Board.preset("triangle-12")
+PRICE = Price("events", 1.0, 1.0, 0.5, preset=BOARD)
 
 
-def work(seed: int, x: float | None = None) -> functools.partial[tuple[str, bytes]]:
-    """The function that computes a drop's record."""
-    return functools.partial(record, Ask(BOARD, seed, x, Exact()), False)
+def at_once(computing: Computing, seed: int, x: float | None = None) -> tuple[str, bytes]:
+    """A drop's digest and record."""
+    return computing.at_once("Ada", PRICE, record, Ask(BOARD, seed, x, Exact()), False)
 
 
-def test_a_drop_has_the_same_bits_here_and_its_time_is_counted() -> None:
-    short = ShortDrops()
+def test_a_drop_has_the_same_bits_here() -> None:
+    computing = Computing(1)
     for seed in range(100):
-        done = short.measured(work(seed))
-        assert done.value[0] == drop(BOARD, seed).digest
-        assert done.seconds > 0.0
+        assert at_once(computing, seed)[0] == drop(BOARD, seed).digest
 
 
 def test_a_drop_that_takes_too_long_is_stopped_the_next_one_not(
     limited_calls: None,
 ) -> None:
-    done = ShortDrops(effort=10_000).measured(work(7))
-    assert isinstance(done.error, EffortError)
-    assert done.value is None
-    assert ShortDrops().measured(work(7)).value[0] == drop(BOARD, 7).digest
+    computing = Computing(1)
+    computing.effort = 10_000
+    with pytest.raises(EffortError):
+        at_once(computing, 7)
+    assert at_once(Computing(1), 7)[0] == drop(BOARD, 7).digest
 
 
-def test_a_wrong_drop_is_its_own_error_a_fault_here_is_raised() -> None:
-    short = ShortDrops()
-    assert isinstance(short.measured(work(7, x=99.0)).error, ParameterError)
-
-    def fail() -> None:
-        raise InvalidValueError("not of a drop")
-
-    with pytest.raises(InvalidValueError):
-        short.measured(fail)
-    assert short.measured(work(7)).error is None
+@pytest.mark.parametrize("x", [None, 99.0], ids=["a drop", "a wrong start"])
+def test_a_client_pays_the_time_that_a_drop_took_here(x: float | None) -> None:
+    computing = Computing(1)
+    computing.budgets = Budgets(rate=1e-9, burst=1.0)
+    with contextlib.suppress(ParameterError) if x else contextlib.nullcontext():
+        at_once(computing, 7, x)
+    left = computing.budgets.allowance("Ada", time.monotonic(), "computing-ms").left
+    assert 900 < left < 1000, "more than nothing, and less than its price of half a second"
 
 
 async def test_a_preset_is_made_ready_once_while_the_loop_goes_on(
@@ -56,9 +56,9 @@ async def test_a_preset_is_made_ready_once_while_the_loop_goes_on(
 ) -> None:
     begun: list[Board] = []
     monkeypatch.setattr(trajectory, "prepare", begun.append)
-    short = ShortDrops()
-    assert not short.is_ready(BOARD)
-    while not short.is_ready(BOARD):
+    computing = Computing(1)
+    assert not computing.is_short(PRICE)
+    while not computing.is_short(PRICE):
         await asyncio.sleep(0)
     assert begun == [BOARD]
 

@@ -28,7 +28,7 @@ class Counted:
 @pytest.fixture
 def here(http: httpx.Client, server: Running, monkeypatch: pytest.MonkeyPatch) -> Counted:
     """Counts the drops computed by the server itself, for which DROP's preset is ready."""
-    counted = Counted(monkeypatch, server.services.computing.short, "measured")
+    counted = Counted(monkeypatch, server.services.computing, "at_once")
     while not counted.calls:
         assert http.get(DROP).status_code == 200
     counted.calls = 0
@@ -64,7 +64,7 @@ def test_a_drop_that_exceeds_its_price_goes_to_a_worker(
 ) -> None:
     expected = http.get(DROP)
     assert (here.calls, by_workers.calls) == (1, 0)
-    monkeypatch.setattr(server.services.computing.short, "_effort", 1000)
+    monkeypatch.setattr(server.services.computing, "effort", 1000)
     found = http.get(DROP)
     assert (here.calls, by_workers.calls) == (2, 1)
     assert (found.status_code, found.content) == (200, expected.content)

@@ -132,8 +132,8 @@ def test_a_call_in_place_uses_its_views_and_spares_its_arguments() -> None:
 def test_a_drop_that_was_stopped_costs_the_next_one_nothing(limited_calls: None) -> None:
     board = Board.preset("triangle-12")
     before = drop(board, 3).digest
-    with limits.at_most(1000), pytest.raises(EffortError, match="trace_many has not ended"):
-        drop(board, 3)
+    with pytest.raises(EffortError, match="trace_many has not ended"):
+        limits.at_most(1000, drop, board, 3)
     assert drop(board, 3).digest == before
 
 

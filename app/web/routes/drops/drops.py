@@ -28,6 +28,7 @@ from plinko.app.web.routes.common import (
     read,
     reply,
     resolve_board,
+    services,
 )
 from plinko.app.web.routes.queries import Number, Whole
 from plinko.app.web.routes.table import operations
@@ -66,9 +67,9 @@ Substeps = Annotated[
 
 
 async def asked(
+    request: Request,
     board: str,
     seed: str,
-    server: Server,
     x: X = None,
     aim: Aim = None,
     solver: SolverName = "exact",
@@ -77,7 +78,7 @@ async def asked(
 ) -> Ask:
     """The drop of a request; raises the errors of unknown boards and invalid values."""
     how = chosen_solver(solver, dt, substeps)
-    found, number = server.boards.find(board), parse_seed(seed)
+    found, number = services(request).boards.find(board), parse_seed(seed)
     start_of(found, number, x, aim)  # raises for an invalid start, before a cache could answer 304
     return Ask(found, number, x, how, aim)
 
