@@ -161,7 +161,7 @@ class Drop:
 
         certainty: also include how certain the bin is.
         """
-        board, solver = self.board, self.solver
+        board, solver, label = self.board, self.solver, self.label
         record: dict[str, Any] = {
             "board": board.preset_name or board.to_dict(),
             "board_digest": board.digest,
@@ -176,8 +176,8 @@ class Drop:
         record["physics_version"] = PHYSICS_VERSION
         record["bin"] = self.bin
         record["score"] = self.score
-        if self.label is not None:
-            record["label"] = self.label
+        if label is not None:
+            record["label"] = label
         record["duration"] = self.duration
         record["x_end"] = self.x_end
         record["impacts"] = list(map(list, _ROW.iter_unpack(self.impacts)))
