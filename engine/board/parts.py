@@ -84,6 +84,10 @@ class Bins:
         """Number of bins."""
         return len(self.multipliers)
 
+    def score_of(self, number: int | None) -> float:
+        """What a landing in bin `number` pays for a stake of 1; None: no bin, the stake back."""
+        return 1.0 if number is None else self.multipliers[number]
+
     def label_of(self, number: int | None) -> str | None:
         """The label text of bin `number`; None if it has no label or `number` is None."""
         if number is None or not self.labels:

@@ -196,7 +196,8 @@ class DropBatch:
     @property
     def score(self) -> Floats:
         """Multiplier of each drop; 1, the stake back, if the ball did not land."""
-        table = np.array([*self.board.bins.multipliers, 1.0])
+        bins = self.board.bins
+        table = np.array([bins.score_of(number) for number in (*range(bins.count), None)])
         return _read_only(table[self.bin])
 
     @cached_property

@@ -90,8 +90,7 @@ class Drop:
     @property
     def score(self) -> float:
         """The bin's multiplier; 1, the stake back, if the ball did not land."""
-        where = self.bin
-        return 1.0 if where is None else self.board.bins.multipliers[where]
+        return self.board.bins.score_of(self.bin)
 
     @property
     def label(self) -> str | None:

@@ -51,7 +51,7 @@ class Flight:
     @property
     def score(self) -> float:
         """The bin's multiplier; 1, the stake back, if the ball did not land."""
-        return 1.0 if self.bin is None else self.board.bins.multipliers[self.bin]
+        return self.board.bins.score_of(self.bin)
 
     @property
     def unsettled(self) -> str | None:

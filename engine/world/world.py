@@ -245,17 +245,17 @@ class World:
         return found
 
     def _landing(self, ball: Ball, end: End) -> tuple[tuple[float, int, int], Event]:
-        landed = end.outcome == LANDED
+        where = end.bin if end.outcome == LANDED else None
         landing = Landing(
             ball=ball.id,
             seed=ball.seed,
             tick=self.tick if end.ticks is None else ball.tick + end.ticks,
             t=end.t,
             x_end=end.x,
-            bin=end.bin if landed else None,
-            score=self.board.bins.multipliers[end.bin] if landed else 1.0,
+            bin=where,
+            score=self.board.bins.score_of(where),
             digest=end.digest,
-            unsettled=None if landed else REASONS[end.outcome],
+            unsettled=REASONS[end.outcome] or None,
         )
         return (ball.tick * self.dt + end.t, KIND_WALL + 1, ball.id), landing
 

@@ -317,25 +317,23 @@ class TouchingRoom(Room):
     def _ended(
         self, fall: Fall, bin_: int | None, x: float, time: float, unsettled: str | None
     ) -> messages.Landed:
-        score, label = 1.0, None
+        assert isinstance(self.ground, Board)
+        bins = self.ground.bins
         if bin_ is None:
             self.unsettled += 1
         else:
-            assert isinstance(self.ground, Board)
             self.histogram[bin_] += 1
-            score = self.ground.bins.multipliers[bin_]
-            label = self.ground.bins.label_of(bin_)
         return messages.Landed(
             ball=fall.start.ball,
             seed=fall.start.seed,
             bin=bin_,
-            score=score,
+            score=bins.score_of(bin_),
             tick=self.world.tick,
             t=time - fall.time,
             x_end=x,
             digest=None,
             unsettled=unsettled,
-            label=label or msgspec.UNSET,
+            label=bins.label_of(bin_) or msgspec.UNSET,
         )
 
     # Messages to clients.
