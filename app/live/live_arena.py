@@ -162,9 +162,6 @@ class LiveArena(LiveRoom):
         stepped = room.world.tick > before
         if stepped:
             self.tick_time = runner.clock()
-            self._missed = 0
-        else:
-            self.miss(due)
         self._publish(events, with_snapshot=stepped or room.touched)
         self.audience.diagnose(before)
         if not room.awake or self._is_abandoned(due):

@@ -117,7 +117,6 @@ class LiveRoom(ABC):
         self._persistence = context.persistence
         self._runner = context.runner
         self._refusals: list[AppError] = []  # why requests are refused for now; the last one counts
-        self._missed = 0  # due ticks in a row that did not run
         self._begin(room)
 
     def _begin(self, room: Room) -> None:
@@ -246,19 +245,12 @@ class LiveRoom(ABC):
         """Called when another thread has finished the room's computation."""
         raise NotImplementedError
 
-    def miss(self, ticks: int) -> None:
-        """Count due ticks that did not run; those after the runner's patience count as late."""
-        before, patience = self._missed, self._runner.patience
-        self._missed += ticks
-        self._runner.counts.late += max(0, self._missed - max(before, patience))
-
     def _sleep(self) -> None:
         self._leave_runner()
         self._persistence.slept(self.room)
 
     def _leave_runner(self) -> None:
         self._runner.drop_out(self)
-        self._missed = 0
 
     def _publish(
         self,

@@ -211,7 +211,6 @@ class LiveTable(LiveRoom):
         moved = room.world.tick > before
         if moved:
             self.tick_time = self._runner.clock()
-            self._missed = 0
         self._publish(events, with_snapshot=moved)
         if not self.awake:
             self._sleep()

@@ -2,7 +2,7 @@
 
 import logging
 import math
-from collections import OrderedDict, deque
+from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
@@ -22,9 +22,9 @@ The rest is for other requests. A turn may begin within this time and end after 
 more due ticks and so more time. That matters on a machine that gives the server little of a core:
 there half a tick's time is used up after `main` alone."""
 
-_SILENT: Final = 1.0
-"""s without a tick after which further missed ticks of a room count as late. Players take a shorter
-pause for a slow connection, and a healthy server makes no longer one."""
+_PATIENCE: Final = TICK_RATE
+"""Ticks, 1 s. If a room has missed as many in a row, further ones count as late. Players take a
+shorter pause for a slow connection, and a healthy server makes no longer one."""
 
 MOST_EVENTS: Final = 1_000_000
 """If all rooms together keep more path events than this, a room takes drops only while it keeps
@@ -54,9 +54,6 @@ class Running(Protocol):
 
     def advance(self, due: int, until: float) -> None:
         """Run the `due` ticks, as many as fit until that time."""
-
-    def miss(self, ticks: int) -> None:
-        """Called instead of `advance` if there was no time for a turn."""
 
     def computed(self) -> None:
         """Called when another thread has finished the room's computation."""
@@ -94,7 +91,6 @@ class Runner:
         self.counts = Counts()
         self.clock = clock
         self.catch_up = CATCH_UP
-        self.patience = math.ceil(_SILENT * TICK_RATE)
         period = 1.0 / TICK_RATE
         schedule = Schedule(period, CATCH_UP)
         # Ticks are due when the clocks of tables tick.
@@ -104,6 +100,7 @@ class Runner:
             OrderedDict()
         )  # the room whose last turn is longest ago first
         self._events_kept: int | None = None  # of all rooms; None until needed after a tick
+        self._missed: Counter[str] = Counter()  # due ticks in a row that did not run, by room
         self._failed = failed
         self._budget = _SHARE / TICK_RATE
         self._threads = StepThreads()
@@ -143,6 +140,7 @@ class Runner:
 
     def drop_out(self, live: Running) -> None:
         self._awake.pop(live.id, None)
+        del self._missed[live.id]
         self._threads.forget(live.id)
 
     def guarded(self, live: Running, work: Callable[[], None]) -> None:
@@ -184,17 +182,27 @@ class Runner:
         for room_id in rooms.coming:
             if room_id in self._awake:
                 self.counts.skipped += due
-                self._awake[room_id].miss(due)
+                self._miss(room_id, due)
         yield bool(self._awake)
 
     def take_turn(self, live: Running, due: int = 0, until: float = math.inf) -> float:
         """Run the due ticks of a room; returns the time that they took, in s."""
-        began = self.clock()
+        began, before = self.clock(), live.room.world.tick
         try:
             live.advance(due, until)
         except Exception as error:  # noqa: BLE001 - a failed room must not stop the others
             self.fail(live, error)
+        if live.room.world.tick > before:
+            del self._missed[live.id]
+        elif self.runs(live):
+            self._miss(live.id, due)
         return self.clock() - began
+
+    def _miss(self, room_id: str, ticks: int) -> None:
+        """Count due ticks that did not run; those after `_PATIENCE` count as late."""
+        before = self._missed[room_id]
+        self._missed[room_id] += ticks
+        self.counts.late += max(0, self._missed[room_id] - max(before, _PATIENCE))
 
 
 class Turn(NamedTuple):
