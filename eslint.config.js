@@ -11,7 +11,7 @@ import { ownWords } from "./tools/own-words.js";
 
 /** Folders of static/js from the ground up. */
 export const LAYERS = ["texts", "util", "model", "solver", "fairness", "net", "paint", "board", "instruments"];
-export const PAGES = ["play", "replay", "editor", "sandbox", "verify", "stage", "today"];
+export const PAGES = ["play", "replay", "editor", "sandbox", "verify", "stage", "today", "class"];
 
 /** @type {Record<string, string[]>} pages that show what another page has */
 const SHOWS = { today: ["replay"], stage: ["play"] };
