@@ -1,7 +1,7 @@
 // How the page's scripts are written, and which folder may use which.
 //
 // static/js is a stack: a folder uses those before it in LAYERS and itself, never one after it. A
-// page's own folder is used by no other, but by today, which shows a replay, and by stage, which shows a live room.
+// page's own folder is used by no other, but by today, which shows a replay, by stage, which shows a live room, and by pupil.
 // Types that JSDoc imports follow the same rule; tests/js/folders.test.js sees to those.
 
 import js from "@eslint/js";
@@ -11,10 +11,10 @@ import { ownWords } from "./tools/own-words.js";
 
 /** Folders of static/js from the ground up. */
 export const LAYERS = ["texts", "util", "model", "solver", "fairness", "net", "paint", "board", "instruments"];
-export const PAGES = ["play", "replay", "editor", "sandbox", "verify", "stage", "today", "class"];
+export const PAGES = ["play", "replay", "editor", "sandbox", "verify", "stage", "today", "class", "pupil"];
 
 /** @type {Record<string, string[]>} pages that show what another page has */
-const SHOWS = { today: ["replay"], stage: ["play"] };
+const SHOWS = { today: ["replay"], stage: ["play"], pupil: ["class"] };
 
 /** @param {string} folder @returns {string[]} what it must not import */
 export function forbidden(folder) {

@@ -7,7 +7,7 @@ const { search } = new URL(self.location.href);
 const [RELEASE, LANGUAGE] = search.slice(1).split("-");
 const CACHE = `plinko${search}`;
 const FOLDER = SITE && LANGUAGE !== "en" ? `${LANGUAGE}/` : "";
-const PAGES = ["", "sandbox.html", "replay.html", "editor.html", "today.html", "verify.html"].map((page) => FOLDER + page);
+const PAGES = ["", "sandbox.html", "replay.html", "editor.html", "today.html", "verify.html", "class.html"].map((page) => FOLDER + page);
 
 // Finds the files that a page or a module refers to.
 const PARTS = {

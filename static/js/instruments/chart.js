@@ -12,7 +12,7 @@ const LIMIT_LINES = 3; // in font sizes: a lower plot does not name its limit
 
 /**
  * @typedef {object} Plot
- * @property {{from: number, to: number, unit: string}} x
+ * @property {{from: number, to: number, unit: string, log?: boolean}} x
  * @property {{from: number, to: number, unit: string, log?: boolean}} y
  * @property {Curve[]} series
  * @property {number[]} [events] places on x
@@ -148,14 +148,16 @@ function scales({ width, height, margin }, { x, y }) {
   /** @param {number} value */
   const raw = (value) => (y.log ? Math.log10(value) : value);
   const rise = raw(y.to) - raw(y.from) || 1;
-  const run = x.to - x.from || 1;
+  /** @param {number} value */
+  const along = (value) => (x.log ? Math.log10(value) : value);
+  const run = along(x.to) - along(x.from) || 1;
   /** @param {number} value */
   const within = (value) => Math.min(1.02, Math.max(0, value));
   return {
-    px: (value) => left + ((value - x.from) / run) * (right - left),
+    px: (value) => left + ((along(value) - along(x.from)) / run) * (right - left),
     py: (value) =>
       bottom - within((raw(Math.max(value, y.log ? y.from : value)) - raw(y.from)) / rise) * (bottom - top),
-    x: (px) => x.from + ((px - left) / (right - left)) * run,
+    x: (px) => x.from + ((px - left) / (right - left)) * run, // picked only on axes that are not logarithmic
   };
 }
 
@@ -178,9 +180,9 @@ function paintAxes({ ctx, width, height, font, margin, px, py, palette }, { x, y
   const columns = Math.max(2, Math.floor(width / (6.5 * font)));
   const bottom = height - margin.bottom;
   const room = width - margin.right - ctx.measureText(x.unit).width - font;
-  for (const place of ticks(x.from, x.to, columns)) {
+  for (const place of x.log ? powerTicks(x.from, x.to, columns) : ticks(x.from, x.to, columns)) {
     ctx.fillRect(px(place) - 0.5, bottom, 1, 4);
-    if (px(place) < room) ctx.fillText(figure(place), px(place), height - 0.5 * font);
+    if (px(place) < room) ctx.fillText(x.log ? powerText(place) : figure(place), px(place), height - 0.5 * font);
   }
   ctx.textAlign = "right";
   ctx.fillText(x.unit, width - margin.right, height - 0.5 * font);

@@ -163,6 +163,13 @@ export function sameTest(one, two) {
   return judged(g, groups.length);
 }
 
+/** @param {number} trials @param {number} p of a success @returns {number[]} chances of 0, 1, … successes */
+export function binomialChances(trials, p) {
+  const chances = [(1 - p) ** trials];
+  for (let k = 1; k <= trials; k += 1) chances.push((chances[k - 1] * (trials - k + 1) * p) / (k * (1 - p)));
+  return chances;
+}
+
 /** @param {number} statistic @param {number} groups */
 function judged(statistic, groups) {
   const freedom = groups - 1;

@@ -3,6 +3,7 @@
 import { measure } from "../instruments/measure.js";
 import { recorded } from "../model/odds.js";
 import { readBoardName } from "../model/presets.js";
+import { binomialChances } from "../model/statistics.js";
 import { getJson } from "../net/api.js";
 import { t } from "../texts/text.js";
 
@@ -35,8 +36,5 @@ function published(weights) {
 
 /** @param {number} bins @returns {Expectation} of a ball that goes left or right with equal chances at each row */
 export function binomial(bins) {
-  const rows = bins - 1;
-  const chances = [0.5 ** rows];
-  for (let bin = 1; bin < bins; bin += 1) chances.push((chances[bin - 1] * (rows - bin + 1)) / bin);
-  return { label: t("stage.binomial", { n: rows }), chances };
+  return { label: t("stage.binomial", { n: bins - 1 }), chances: binomialChances(bins - 1, 0.5) };
 }

@@ -3,7 +3,7 @@
 import asyncio
 import functools
 import io
-from typing import Annotated
+from typing import Annotated, Literal
 from urllib.parse import quote
 
 from fastapi import Query, Request, Response
@@ -143,15 +143,18 @@ SVG = "image/svg+xml"
     response_class=Response,
     responses=documented(None, description="The code", media_type=SVG),
 )
-async def get_room_code(room: str, request: Request, server: Server) -> Response:
-    """The address of the room's page, with the host name of this request.
+async def get_room_code(
+    room: str, request: Request, server: Server, page: Literal["table", "pupil"] = "table"
+) -> Response:
+    """The address of the room's page, or of the page for a class's pupils, with this host's name.
 
     If the request used a name that only this machine knows, such as `localhost`, phones cannot
     open the address.
     """
     found = await server.rooms.seek(room)
     query = "" if found.id == MAIN else f"?room={quote(found.id)}"
-    picture = await asyncio.to_thread(_code, f"{request.base_url}{query}")
+    path = "pupil.html" if page == "pupil" else ""
+    picture = await asyncio.to_thread(_code, f"{request.base_url}{path}{query}")
     return Response(picture, headers={"cache-control": "no-cache"}, media_type=SVG)
 
 

@@ -1,0 +1,79 @@
+// The class's room: pupils drop balls on their phones, and the projector's board has them all.
+
+import { getJson, postJson, SEEDS, socketUrl } from "../net/api.js";
+import { Connection } from "../net/connection.js";
+import { decodeEvents } from "../net/protocol.js";
+import { t } from "../texts/text.js";
+import { byId } from "../util/dom.js";
+
+/** @import { Board } from "../model/board.js" */
+/** @import { BriefAccepted, Hello, TableMessage } from "../model/messages.js" */
+/** @import { RoomReply } from "../net/replies.js" */
+
+/**
+ * @typedef {object} Feed what a page receives of its room
+ * @property {(hello: Hello) => void} onHello
+ * @property {(accepted: BriefAccepted) => void} onBall
+ * @property {(here: number) => void} onHere how many phones are in the room
+ * @property {(text: string) => void} onTrouble
+ */
+
+/** @param {string} room @param {object} appear the message that follows the hello @param {Feed} feed @returns {Connection} */
+export function joinRoom(room, appear, { onHello, onBall, onHere, onTrouble }) {
+  /** @param {TableMessage} event */
+  const take = (event) => {
+    switch (event.type) {
+      case "hello":
+        connection.settled();
+        connection.send({ type: "appear", ...appear });
+        onHello(event);
+        break;
+      case "accepted": onBall(event); break;
+      case "presence": onHere(event.here); break;
+      case "error": onTrouble(event.detail); break;
+    }
+  };
+  const connection = new Connection(socketUrl(room, SEEDS), {
+    onText: (text) => decodeEvents(text).forEach((event) => take(/** @type {TableMessage} */ (event))),
+    onBytes: () => {},
+    onLost: () => onTrouble(t("stage.lost")),
+    onRefused: () => onTrouble(t("class.closed")),
+    onForeign: onTrouble,
+  });
+  return connection;
+}
+
+/** An open room for the class. @typedef {{change: (board: Board) => Promise<unknown>}} Phones */
+
+/**
+ * Opens a room and shows how phones join it.
+ * @param {Board} board
+ * @param {{onBall: (seed: string, x: number | null) => void, onCounts: (counts: number[]) => void}} receiver onCounts: what
+ *   landed before, after a change of the board or a lost connection
+ * @returns {Promise<Phones>}
+ */
+export async function openPhones(board, { onBall, onCounts }) {
+  const { id, token } = /** @type {RoomReply} */ (await postJson("rooms", { board }));
+  const path = `rooms/${encodeURIComponent(id)}`;
+  const link = new URL(`pupil.html?${new URLSearchParams({ room: id })}`, document.baseURI).href;
+  byId("join", HTMLImageElement).src = `api/v1/${path}/qr.svg?page=pupil`;
+  byId("join-link", HTMLAnchorElement).href = link;
+  byId("join-link").textContent = link.replace(/^https?:\/\//, "");
+  byId("join-panel").hidden = false;
+  const enter = (/** @type {{seed: string, x?: number}} */ { seed, x }) => onBall(seed, x ?? null);
+  joinRoom(id, { audience: true }, {
+    onHello: ({ stats, balls }) => {
+      onCounts(stats.histogram);
+      balls.forEach(enter);
+    },
+    onBall: enter,
+    onHere: (here) => {
+      byId("here").textContent = t("class.here", { n: here });
+    },
+    onTrouble: (text) => {
+      byId("here").textContent = text;
+    },
+  });
+  const headers = { "content-type": "application/json", authorization: `Bearer ${token}` };
+  return { change: (other) => getJson(path, { method: "PATCH", headers, body: JSON.stringify({ board: other }) }) };
+}
