@@ -5,7 +5,7 @@ import { P, RESTITUTION, ROWS } from "./board.js";
 /** @import { Setting } from "./board.js" */
 
 /**
- * @typedef {"bins" | "rows" | "average" | "means"} View
+ * @typedef {"bins" | "rows" | "runs" | "average" | "means"} View
  * @typedef {{seed: number, drops: number}} Run consecutive seeds
  *
  * @typedef {object} Lesson
@@ -19,7 +19,7 @@ import { P, RESTITUTION, ROWS } from "./board.js";
 
 export const EARTH = 9.81; // m/s²
 /** @type {View[]} */
-export const VIEWS = ["bins", "rows", "average", "means"];
+export const VIEWS = ["bins", "rows", "runs", "average", "means"];
 const GUESSED = 100; // the greatest height
 export const MOST = 2000; // balls that a link drops again
 

@@ -28,6 +28,7 @@ const STEP = 5; // of a guess, by a key
 /** @type {[Key, number][]} m/s² */
 const GRAVITY = [["world.earth", 9.81], ["world.moon", 1.62], ["world.mars", 3.72], ["world.jupiter", 24.79]];
 const BOUNCES = [0.5, 0.6, 0.7, 0.8, 0.9];
+const HAIRS = [1e-4, 1e-6, 1e-9, 1e-12]; // m
 const CHANCES = [0.3, 0.4, 0.5, 0.6, 0.7];
 
 /** The page. */
@@ -97,10 +98,8 @@ export class LessonPage {
     const gravity = GRAVITY.map(([key, value]) => [`gravity:${value}`, t(key)]);
     const chance = CHANCES.map((value) => [`p:${value}`, t("class.of-p", { value: plain(value) })]);
     byId("gravity").append(...GRAVITY.map(([key, value]) => make("option", { value: String(value) }, t(key))));
-    for (const option of byId("restitution", HTMLSelectElement).options) {
-      option.value = option.text;
-      option.text = plain(Number(option.value));
-    }
+    byId("restitution").append(...BOUNCES.map((value) => make("option", { value: String(value) }, plain(value))));
+    byId("hair").append(...HAIRS.map((value) => make("option", { value: String(value) }, lengthOf(value))));
     byId("change").append(
       make("option", { value: "" }, t("class.no-second")),
       ...[["class.bounce", bounce], ["word.gravity", gravity], ["class.p", chance]].map(([label, options]) =>
@@ -191,9 +190,10 @@ export class LessonPage {
     trial.calm = this.#calm.matches;
     trial.twins(hair);
     const { parting } = trial;
-    const apart = hair === 1e-4 ? `${plain(0.1)} mm` : metric(hair);
+    const apart = lengthOf(hair);
     byId("result").textContent = parting
       ? t("class.part", { apart, row: parting }) : t("class.never-part", { apart });
+    byId("boards").scrollIntoView({ block: "nearest" });
     this.loop.wake();
   }
 
@@ -206,7 +206,7 @@ export class LessonPage {
     for (const { canvas } of this.boards) canvas.tabIndex = on ? 0 : -1;
     if (on) {
       this.#each((trial, seed) => trial.clear(seed));
-      this.boards[0].canvas.focus({ preventScroll: true });
+      this.boards[0].canvas.focus();
     }
     this.#refresh();
   }
@@ -249,9 +249,9 @@ export class LessonPage {
           this.#secret = false;
           this.loop.wake();
         },
-        onCounts: (counts) => {
+        onPast: (drops) => {
           this.trials[0].clear();
-          this.trials[0].run.bins = counts.flatMap((count, bin) => new Array(count).fill(bin));
+          for (const { seed, x } of drops) this.trials[0].enter(seed, x, true, true);
           this.#refresh();
         },
       });
@@ -299,6 +299,7 @@ export class LessonPage {
     this.#landed = trials[0].over(true).bins.length;
     const samples = trials.map((trial) => trial.over(this.#all));
     fillTable("numbers", ...numbersOf(trials, samples));
+    byId("numbers").dataset.boards = String(trials.length);
     byId("surprise").textContent = this.#secret ? "" : surpriseOf(trials[0], samples[0]);
     this.view.show(lesson, trials, samples, this.#secret);
     const [{ counts, bins }] = samples;
@@ -313,6 +314,9 @@ export class LessonPage {
     this.loop.wake();
   }
 }
+
+/** @param {number} metres @returns {string} "0.1 mm" */
+const lengthOf = (metres) => (metres === HAIRS[0] ? `${plain(1000 * metres)} mm` : metric(metres));
 
 /** @param {Setting} setting @param {string} change @returns {string} what tells the two boards apart */
 function nameOf({ restitution, gravity, p }, change) {

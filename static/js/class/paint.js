@@ -18,7 +18,7 @@ import { normalDensity } from "./statistics.js";
  * @property {number} bottom of the histogram
  * @property {(x: number) => number} px
  * @property {(y: number) => number} py
- * @property {number[]} edges of the bins, CSS pixels
+ * @property {number[]} edges of the bars, CSS pixels
  *
  * @typedef {object} Picture
  * @property {(Point & {other: boolean})[]} balls
@@ -43,10 +43,13 @@ export function layOut({ bins, walls, pegs, ball }, { width, height, font }) {
   const down = bins.y - start + ball.radius;
   const scale = Math.min((width - font) / (right - left), ((1 - SHARE) * height) / down);
   const px = (/** @type {number} */ x) => width / 2 + (x - (left + right) / 2) * scale;
+  const [, second, third] = bins.edges;
+  const inner = bins.edges.slice(1, -1);
+  const step = third - second; // the outer bins are wider, up to the walls; all bars are equally wide
   return {
     width, height, font, scale, px, py: (y) => (y - start) * scale,
     top: down * scale + 2.2 * font, bottom: height - 1.7 * font,
-    edges: bins.edges.map(px),
+    edges: [second - step, ...inner, inner[inner.length - 1] + step].map(px),
   };
 }
 
@@ -77,11 +80,12 @@ export function paintTrial(ctx, board, geometry, palette, picture) {
     ctx.stroke();
   });
   // Rings tell balls apart where many are in the same place.
-  ctx.lineWidth = Math.max(1, 0.12 * board.ball.radius * scale);
+  const radius = board.ball.radius * scale;
+  ctx.lineWidth = 0.15 * radius;
   for (const { x, y, other } of picture.balls) {
     ctx.fillStyle = colours[Number(other)];
     ctx.strokeStyle = other ? palette.otherDark : palette.ballDark;
-    disc(ctx, px(x), py(y), board.ball.radius * scale - ctx.lineWidth / 2);
+    disc(ctx, px(x), py(y), radius - ctx.lineWidth / 2);
     ctx.stroke();
   }
   paintHistogram(ctx, geometry, palette, picture);
@@ -98,19 +102,19 @@ function paintHistogram(ctx, { top, bottom, font, edges }, palette, { counts, du
   const gap = Math.min(3, 0.06 * (edges[2] - edges[1]));
   ctx.textAlign = "center";
   ctx.textBaseline = "alphabetic";
+  ctx.font = `600 ${font}px ${FAMILY}`;
+  const wide = ctx.measureText(plain(Math.max(...counts))).width < edges[2] - edges[1];
   counts.forEach((count, bin) => {
     const [left, right] = [edges[bin] + gap, edges[bin + 1] - gap];
     const middle = (left + right) / 2;
-    ctx.font = `600 ${font}px ${FAMILY}`;
     ctx.fillStyle = palette.trayInk;
     if (bin % every(ctx, counts.length, right - left) === 0) ctx.fillText(String(bin), middle, bottom + 1.3 * font);
     if (!secret) {
       ctx.fillStyle = palette.trayBar;
       ctx.fillRect(left, bottom - count * unit, right - left, count * unit);
       ctx.fillStyle = palette.trayInk;
-      const text = plain(count);
       const high = unit * Math.max(count, law ? due[bin] : 0);
-      if (count && ctx.measureText(text).width < right - left + 2 * gap) ctx.fillText(text, middle, bottom - high - 0.4 * font);
+      if (count && wide) ctx.fillText(plain(count), middle, bottom - high - 0.4 * font);
     }
     if (!guess) return;
     ctx.strokeStyle = bin === cursor ? palette.trayMark : palette.flash;

@@ -43,16 +43,18 @@ export function joinRoom(room, appear, { onHello, onBall, onHere, onTrouble }) {
   return connection;
 }
 
+/** @typedef {{drops: {seed: string, x: number | null, result: object | null}[]}} LogReply of GET rooms/…/log */
+
 /** An open room for the class. @typedef {{change: (board: Board) => Promise<unknown>}} Phones */
 
 /**
  * Opens a room and shows how phones join it.
  * @param {Board} board
- * @param {{onBall: (seed: string, x: number | null) => void, onCounts: (counts: number[]) => void}} receiver onCounts: what
- *   landed before, after a change of the board or a lost connection
+ * @param {{onBall: (seed: string, x: number | null) => void, onPast: (drops: {seed: string, x: number | null}[]) => void}}
+ *   receiver onPast: called with the drops that have landed, after a change of the board or a lost connection
  * @returns {Promise<Phones>}
  */
-export async function openPhones(board, { onBall, onCounts }) {
+export async function openPhones(board, { onBall, onPast }) {
   const { id, token } = /** @type {RoomReply} */ (await postJson("rooms", { board }));
   const path = `rooms/${encodeURIComponent(id)}`;
   const link = new URL(`pupil.html?${new URLSearchParams({ room: id })}`, document.baseURI).href;
@@ -60,10 +62,16 @@ export async function openPhones(board, { onBall, onCounts }) {
   byId("join-link", HTMLAnchorElement).href = link;
   byId("join-link").textContent = link.replace(/^https?:\/\//, "");
   byId("join-panel").hidden = false;
+  let greeted = false;
   const enter = (/** @type {{seed: string, x?: number}} */ { seed, x }) => onBall(seed, x ?? null);
   joinRoom(id, { audience: true }, {
-    onHello: ({ stats, balls }) => {
-      onCounts(stats.histogram);
+    onHello: async ({ balls }) => {
+      const again = greeted;
+      greeted = true;
+      if (again) {
+        const { drops } = /** @type {LogReply} */ (await getJson(`${path}/log`));
+        onPast(drops.filter(({ result }) => result));
+      }
       balls.forEach(enter);
     },
     onBall: enter,

@@ -4,13 +4,13 @@ import { boardOf } from "./board.js";
 import { Fall } from "./fall.js";
 
 /** @import { Board } from "../model/board.js" */
-/** @import { Solver } from "../solver/solver.js" */
+/** @import { Solver, Start } from "../solver/solver.js" */
 /** @import { Setting } from "./board.js" */
 /** @import { Run } from "./lesson.js" */
 
 /**
- * @typedef {{fall: Fall, since: number, seed: string, other: boolean, counted: boolean}} Ball since: ms, when it started;
- *   other: whether a pupil dropped it
+ * @typedef {{fall: Fall, since: number, seed: string, other: boolean}} Ball since: ms, when it started; other: whether a
+ *   pupil dropped it
  *
  * @typedef {object} Landed of a run
  * @property {number} seed of its first ball; the others count up
@@ -85,10 +85,19 @@ export class Trial {
     });
   }
 
-  /** @param {string} seed @param {number | null} x m, if the seed does not give it @param {boolean} other */
-  enter(seed, x, other) {
-    const fall = new Fall(this.solver.drop(this.board, { seed, x }), this.board);
-    this.balls.push({ fall, since: performance.now(), seed, other, counted: true });
+  /**
+   * @param {string} seed @param {number | null} x m, if the seed does not give it @param {boolean} other
+   * @param {boolean} [landed] whether it fell before
+   */
+  enter(seed, x, other, landed = false) {
+    const ball = { fall: this.#fall({ seed, x }), since: performance.now(), seed, other };
+    if (landed) this.#count(ball);
+    else this.balls.push(ball);
+  }
+
+  /** @param {Start} start */
+  #fall(start) {
+    return new Fall(this.solver.drop(this.board, start), this.board);
   }
 
   /** Lets two balls fall that start a hair apart. @param {number} hair m */
@@ -97,8 +106,7 @@ export class Trial {
     const start = x + jitter * (Math.random() - 0.5);
     const since = performance.now();
     this.pair = [start, start + hair].map((at, i) => {
-      const fall = new Fall(this.solver.drop(this.board, { x: at }), this.board);
-      return { fall, since, seed: "", other: i > 0, counted: false };
+      return { fall: this.#fall({ x: at }), since, seed: "", other: i > 0 };
     });
   }
 
@@ -131,8 +139,7 @@ export class Trial {
   #next() {
     const seed = String((this.run.seed + this.run.drops) % SEEDS);
     this.run.drops += 1;
-    const fall = new Fall(this.solver.drop(this.board, { seed }), this.board);
-    return { fall, since: performance.now(), seed, other: false, counted: true };
+    return { fall: this.#fall({ seed }), since: performance.now(), seed, other: false };
   }
 
   /** @param {Ball} ball */

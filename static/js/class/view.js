@@ -14,7 +14,7 @@ import { averages, countsOf, normalDensity, sampleMeans, summaryOf, theoryOf } f
 /** @import { Trial } from "./trial.js" */
 
 /** @typedef {ReturnType<Trial["over"]>} Sample */
-/** @typedef {Pick<Trial, "setting">} Of */
+/** @typedef {Pick<Trial, "setting" | "runs">} Of */
 
 const COLOURS = ["trayBar", "other"];
 const CLASSES = 4; // of the means' histogram, in a standard error
@@ -78,6 +78,7 @@ export class LessonView {
     if (secret) return;
     if (view === "bins") fillTable("table", ...binsOf(trials, samples));
     if (view === "rows") fillTable("table", ...rowsOf(trials, samples));
+    if (view === "runs") fillTable("table", ...runsOf(trials));
     if (!plots) return;
     const { plot, words } = view === "average" ? averagePlot(trials, samples) : meansPlot(trials, samples, size);
     byId("view-words").textContent = words;
@@ -106,6 +107,15 @@ function rowsOf(trials, samples) {
     const n = bins.length;
     const share = n ? `${percent(rights[row] / n)} ± ${percent(Math.sqrt((p * (1 - p)) / n))}` : "–";
     return [t("class.of", { right: rights[row], n }), share];
+  })])];
+}
+
+/** @param {Of[]} trials @returns {[string[], string[][]]} a row for each run */
+function runsOf(trials) {
+  const head = [t("class.run"), ...trials.flatMap(() => [t("word.balls"), t("class.mean"), t("class.sd-short")])];
+  return [head, trials[0].runs.map((_, run) => [plain(run + 1), ...trials.flatMap(({ runs, setting: { rows } }) => {
+    const { n, mean, sd } = summaryOf(countsOf(runs[run]?.bins ?? [], 0, 1, rows + 1));
+    return [plain(n), shown(mean), shown(sd)];
   })])];
 }
 

@@ -41,6 +41,7 @@ export class FitMeter {
   /** @param {Game} game */
   constructor(game) {
     this.game = game;
+    this.panel.after(make("p", { class: "note" }, make("a", { href: "class.html" }, t("class.door"))));
     onChoice("against", () => this.#choose());
     this.panel.addEventListener("toggle", () => {
       if (this.panel.open) this.#choose();
