@@ -11,10 +11,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from plinko.app.rooms.records import FairEnd, FairOpening, FairSessionRow, Lease, RoomRow, Write
+from plinko.app.rooms.records import (
+    FairEnd,
+    FairOpening,
+    FairSessionRow,
+    Lease,
+    RoomRow,
+    ShowRow,
+    Write,
+)
 
 Part = tuple[Lease | None, Sequence[Write]]
 """Writes with the lease of their room; None for writes that belong to no room."""
+
+_BY_ID: Final = FairSessionRow | FairOpening | FairEnd | ShowRow
+"""Writes whose `room` is the room's id."""
 
 _NO_LEASE: Final = Lease("", 0)
 """Stamps writes to a room that this server does not have: no room has it, so they are refused."""
@@ -118,4 +129,4 @@ class LeaseBook:
         room: int | str | None = getattr(write, "room", None)
         if isinstance(room, int):
             return self._room_of.get(room, "")
-        return room if isinstance(write, FairSessionRow | FairOpening | FairEnd) else None
+        return room if isinstance(write, _BY_ID) else None

@@ -329,6 +329,10 @@ class QueueState(Event, frozen=True, tag="queue", kw_only=True):
     items: list[QueueItem]
 
 
+class ShowChanged(Event, frozen=True, tag="show", kw_only=True):
+    """The room's show has changed; `GET rooms/{id}/show` has the new one."""
+
+
 class Presence(Event, frozen=True, tag="presence", kw_only=True):
     """The number of visitors, and the most recently active ones; sent only to visitors.
 

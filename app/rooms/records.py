@@ -239,6 +239,15 @@ class QueueRow:
     data: str
 
 
+@dataclass(frozen=True, slots=True)
+class ShowRow:
+    """The show of the room with this id, as JSON, at a Unix time in s; replaces the former row."""
+
+    room: str
+    data: str
+    updated: float
+
+
 @dataclass(slots=True, eq=False)
 class Prune:
     """Delete some rows that are older than `before`, a Unix time in s.
@@ -462,6 +471,7 @@ Write = (
     | FairOpening
     | FairEnd
     | QueueRow
+    | ShowRow
     | Order
     | Received
     | Prune

@@ -25,6 +25,7 @@ from plinko.app.web.routes.rooms import (
     rooms,
     scenes,
     sessions,
+    shows,
     ws,
 )
 from plinko.app.web.routes.table import RouteTable
@@ -32,7 +33,7 @@ from plinko.engine import __version__
 from plinko.engine.json_text import JsonObject
 
 _ROUTERS = (
-    boards, pictures, drops, payouts, live, rooms, queues, scenes,
+    boards, pictures, drops, payouts, live, rooms, queues, scenes, shows,
     sessions, players, orders, health, api_docs, ws,
 )  # fmt: skip
 

@@ -49,6 +49,21 @@ _LAID_OUT = """
 }
 """
 
+# The parts of the page that the show's panel covers, or that are outside of the window.
+_APART = """
+() => {
+  const box = (id) => document.getElementById(id).getBoundingClientRect();
+  const show = box("figures");
+  const others = ["winners-panel", "leaders-panel", "queue-panel", "join-panel"].filter((id) => {
+    const one = box(id);
+    const beside = one.left >= show.right || one.right <= show.left;
+    return !beside && one.top < show.bottom && one.bottom > show.top;
+  });
+  const inside = show.left >= 0 && show.right <= innerWidth && show.bottom <= innerHeight;
+  return inside ? others : [...others, "figures"];
+}
+"""
+
 # For each colour, how many bright pixels below the board have its hue, as a ball's bright side has.
 _PAINTED = """
 (colours) => {
@@ -188,6 +203,49 @@ def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
     expect(player.page.locator("#landings > li")).to_contain_text(NAME)
     assert NAME in written(stage) & written(player)
     assert NAME not in written(silent)
+
+
+def test_a_show_has_its_timer_goals_jackpot_faces_and_looks(
+    opened: Open, server: ServerProcess
+) -> None:
+    board = Board.preset("triangle-8").replace(name="shown").to_dict()
+    rooms = f"{server.url}/api/v1/rooms"
+    room = httpx.post(rooms, json={"board": board}, timeout=LIMIT).raise_for_status().json()
+    own = {"authorization": f"Bearer {room['token']}"}
+    stage = there(opened(f"/stage.html?room={room['id']}&join=on", before=_WRITTEN))
+    figures = stage.page.locator("#figures")
+    expect(figures).to_be_hidden()
+    show = {
+        "timer": {"left": 7384, "label": "Ends in", "running": False},
+        "jackpot": {"value": 12.5, "label": "Jackpot", "unit": "x"},
+        "goals": [{"value": 3, "target": 4, "label": "Balls"}],
+        "looks": {"panel": "#102030", "ink": "#ffffff", "accent": "#a78bfa"},
+        "faces": {NAME: "\U0001f9c0"},
+    }
+    path = f"{rooms}/{room['id']}"
+    httpx.put(f"{path}/show", json=show, headers=own, timeout=LIMIT).raise_for_status()
+    expect(figures).to_be_visible()
+    expect(stage.page.locator("#timer")).to_have_text("Ends in 2:03:04")
+    expect(stage.page.locator("#jackpot")).to_have_text("Jackpot 12.5x")
+    expect(stage.page.locator("#goals")).to_have_text("Balls3 / 4")
+    expect(figures).to_have_css("color", "rgb(255, 255, 255)")
+    assert "\U0001f9c0" in written(stage)
+    body = {"name": NAME}
+    httpx.post(f"{path}/drops", json=body, headers=own, timeout=LIMIT).raise_for_status()
+    expect(stage.page.locator("#winners > li")).to_have_count(1)
+    check_axe(stage)
+    for size in (
+        *FRAMES,
+        ViewportSize(width=720, height=1280),
+        ViewportSize(width=390, height=844),
+    ):
+        stage.page.set_viewport_size(size)
+        stage.frames(4)
+        apart = stage.page.evaluate(_APART)
+        assert apart == [], f"{size}: the show covers {apart}"
+    show["timer"] = {"left": 1}
+    httpx.put(f"{path}/show", json=show, headers=own, timeout=LIMIT).raise_for_status()
+    expect(stage.page.locator("#timer-value")).to_have_text("0:00")
 
 
 def test_the_queue_is_shown_and_goes_on_after_a_kill(

@@ -72,10 +72,12 @@ def _prune_run(connection: Connection, step: Prune, run: Row[Any]) -> None:
     ):
         connection.execute(delete(column.table).where(column == run.number))
     step.rooms = 1
-    # A lease that nobody has, of a room that is gone.
+    # The show, and a lease that nobody has, of a room that is gone.
     lease, ids = tables.leases.c, select(tables.rooms.c.id)
     unused = (lease.room == run.id) & (lease.holder == "") & lease.room.not_in(ids)
     connection.execute(delete(tables.leases).where(unused))
+    show = tables.shows.c.room
+    connection.execute(delete(tables.shows).where((show == run.id) & show.not_in(ids)))
 
 
 def _tick(run: Row[Any], time: float) -> float:

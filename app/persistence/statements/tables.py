@@ -299,6 +299,15 @@ queues = Table(
     Column("data", Text, nullable=False),
 )
 
+# What the stage of a room shows beside the board, by the room's id: see web/routes/rooms/shows.py.
+shows = Table(
+    "shows",
+    metadata,
+    Column("room", Id, primary_key=True),
+    Column("data", Text, nullable=False),  # JSON
+    Column("updated", Double, nullable=False),  # Unix time, s
+)
+
 # Leases: which server has a room, if several share the ledger. `number` is the fencing number: it
 # grows with every lease, and a write must find the number of its lease here. A `holder` of "" means
 # that no server has the room.

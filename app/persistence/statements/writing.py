@@ -22,6 +22,7 @@ from plinko.app.persistence.statements import (
     order_store,
     queue_store,
     retention,
+    show_store,
     tables,
     totals,
     webhook_store,
@@ -45,6 +46,7 @@ from plinko.app.rooms.records import (
     Received,
     ResultRow,
     RoomRow,
+    ShowRow,
     Void,
     Write,
 )
@@ -173,6 +175,7 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     FairOpening: fair_store.open_sessions,
     FairEnd: facts.end_sessions,
     QueueRow: queue_store.put,
+    ShowRow: show_store.put,
     Order: order_store.add,
     Received: webhook_store.received,
     Prune: retention.prune,

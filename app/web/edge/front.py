@@ -92,7 +92,7 @@ _gzip = functools.partial(
 
 _shared = functools.partial(
     CORSMiddleware,
-    allow_methods=["GET", "POST", "PATCH", "DELETE"],
+    allow_methods=["GET", "POST", "PUT", "PATCH", "DELETE"],
     allow_headers=[
         "content-type",
         "authorization",

@@ -69,6 +69,7 @@ export class ScenePainter {
     this.#drawTrails(ctx, scene.balls);
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
+    scene.over?.(ctx, this);
     this.#drawNames(ctx, scene.balls);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
     for (const hit of scene.hits) this.#drawHit(ctx, hit);

@@ -102,6 +102,7 @@
  * @typedef {{type: "missed", events: (Accepted | Landed | Contact)[] | null}} Missed
  * @typedef {{number: number, left: number} & Tag} QueueItem balls waiting to be dropped for one person; left: how many
  * @typedef {{type: "queue", waiting: number, paused: boolean, items: QueueItem[]}} QueueState items: only the first of those waiting
+ * @typedef {{type: "show"}} ShowChanged the room's show has changed
  * @typedef {{type: "notice", text: string | null, leaving?: boolean}} Notice what the operator announces, and whether the server is about to stop
  * @typedef {{type: "halted", halted: boolean}} Halted whether an operator has stopped the room from accepting drops
  * @typedef {object} SnapshotBall
@@ -118,7 +119,7 @@
  *   sent when this was encoded, modulo 2^32
  *
  * @typedef {Hello | Accepted | BriefAccepted | Contact | Landed | BriefLanded | ClockMessage | Refusal
- *   | Presence | Missed | Halted | Notice | QueueState | SessionState | SessionEnded} TableMessage
+ *   | Presence | Missed | Halted | Notice | QueueState | ShowChanged | SessionState | SessionEnded} TableMessage
  *
  * @typedef {{type: "placed", ball: number} & BallKind} Placed
  * @typedef {{type: "edited", ball: number | null} & Partial<BallKind>} Edited

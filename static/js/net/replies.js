@@ -15,5 +15,11 @@
  * @typedef {{board_digest: string, aims: Odds[]}} OddsReply of GET boards/…/odds
  * @typedef {{multipliers: number[], drops: number, chosen_by: number, least: {aim: number | null, return: number},
  *   aims: Odds[], rare_bins: number[], falling_bins: number[]}} PayoutsReply of POST payouts
+ * @typedef {{value: number, target: number, label?: string}} Goal
+ * @typedef {{panel?: string | null, ink?: string | null, accent?: string | null, font?: string | null,
+ *   logo?: string | null}} Looks
+ * @typedef {{timer?: {left: number, label?: string, running?: boolean}, goals?: Goal[], looks?: Looks,
+ *   jackpot?: {value: number, label?: string, unit?: string}, faces?: Record<string, string>}} Show
+ * @typedef {{age: number, show: Show}} ShowReply of GET rooms/…/show; age: seconds
  * @typedef {{ok: boolean, field?: string, expected?: unknown, actual?: unknown}} Verification
  */

@@ -236,6 +236,7 @@ export class Room {
     else if (event.type === "halted") this.news.tell("halted", event.halted);
     else if (event.type === "notice") this.news.tell("notice", event);
     else if (event.type === "queue") this.news.tell("queue", event);
+    else if (event.type === "show") this.news.tell("show", null);
     else if (event.type === "presence") this.visitors.hear(event, this.table?.balls.values());
     this.news.tell("picture", null);
   }

@@ -29,6 +29,7 @@
  * @property {null} faulty the player wants to drop with an invalid value on the desk
  * @property {{text: string, score?: number, urgent?: boolean}} said for the player; urgent: stays while a ball falls
  * @property {QueueState} queue the drops that wait
+ * @property {null} show the room's show has changed
  * @property {import("../model/messages.js").Notice} notice what the operator announces
  * @property {boolean} halted the operator has halted the room, or resumed it
  * @property {{ended: SessionEnded, heard: Heard}} ended a fair session has ended

@@ -13,6 +13,7 @@ import { t } from "../texts/text.js";
 import { byId, make } from "../util/dom.js";
 import { plain } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
+import { Figures } from "./figures.js";
 import { Idle } from "./idle.js";
 import { Leaders } from "./leaders.js";
 import { StageTray } from "./tray.js";
@@ -60,6 +61,7 @@ export class Show {
       still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
     };
     this.idle = new Idle(wake);
+    this.figures = new Figures(options.room);
     const around = options.ground === null;
     const news = this.#subscribed(wake);
     this.tray = options.tray && new StageTray(options, theme, news);
@@ -88,6 +90,7 @@ export class Show {
     const news = new Store();
     news.on("picture", wake);
     news.on("table", ({ hello, table }) => this.#setTable(hello, table));
+    news.on("show", () => void this.figures.load());
     news.on("queue", (queue) => this.#showQueue(queue));
     news.on("landed", (landing) => this.#landed(landing));
     news.on("room", () => {
@@ -111,6 +114,7 @@ export class Show {
       this.#list();
     }
     this.tray?.setTable(hello);
+    void this.figures.load();
     this.loop.wake();
   }
 
@@ -182,6 +186,7 @@ export class Show {
     if (table) this.sound?.hear(table.heard, time);
     for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.options.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
+    else scene.over = (ctx, painter) => this.figures.faces.draw(ctx, painter, table?.balls.values() ?? []);
     this.view.draw(scene);
     const settling = this.tray?.show(now, still) ?? false;
     return settling || this.idle.moves || (table?.busy ?? false);

@@ -67,6 +67,7 @@ INTERFACE = """
 /api/v1/rooms/{room}/queue/clear post
 /api/v1/rooms/{room}/queue/skip post
 /api/v1/rooms/{room}/reset post
+/api/v1/rooms/{room}/show get put
 /api/v1/rooms/{room}/stream.mjpg get
 /api/v1/scenes get
 /api/v1/seeds post

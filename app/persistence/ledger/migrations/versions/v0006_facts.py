@@ -67,6 +67,13 @@ def upgrade() -> None:
         "SELECT 'halt', room, since FROM halts ORDER BY since"
     )
     op.drop_table("halts")
+    op.create_table(
+        "shows",
+        sa.Column("room", sa.String(length=64), nullable=False),
+        sa.Column("data", sa.Text(), nullable=False),
+        sa.Column("updated", sa.Double(), nullable=False),
+        sa.PrimaryKeyConstraint("room"),
+    )
     op.add_column("writers", sa.Column("former", sa.String(length=32), nullable=True))
     op.create_table(
         "restores",
