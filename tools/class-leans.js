@@ -1,6 +1,6 @@
 // Measures the class's boards: how often a ball goes right at each lean, and whether that holds for other seeds.
 //
-//   node tools/class-leans.js      (four minutes; writes static/js/class/leans.json and docs/measured/class.json)
+//   node tools/class-leans.js      (four minutes; writes static/js/class/leans.json and tools/class-leans.json)
 //
 // The first seeds choose the leans. Later seeds judge them, at every number of rows and at probabilities between the
 // measured ones.
@@ -12,7 +12,7 @@ import { openSolver } from "../static/js/solver/solver.js";
 
 const ROOT = new URL("..", import.meta.url);
 const LEANS = new URL("static/js/class/leans.json", ROOT);
-const JUDGED = new URL("docs/measured/class.json", ROOT);
+const JUDGED = new URL("tools/class-leans.json", ROOT);
 const GRAVITY = 9.81;
 const STEP = 0.005; // between two leans, in spacings per row
 const STEPS = 14;

@@ -3,18 +3,16 @@
 import json
 import re
 import signal
-from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
 import httpx
-import pytest
 from playwright.sync_api import ViewportSize, expect
 
 from plinko.engine import Board
 from tests.app.web.test_invitations import read
 from tests.browser.access.axe import check_axe
-from tests.browser.conftest import Complaints, Open, browsed, quick_table
+from tests.browser.conftest import Complaints, Open, quick_table
 from tests.browser.screen import Screen
 from tests.browser.table.test_reconnect import GONE
 from tests.kit.process import ServerProcess
@@ -363,13 +361,6 @@ def test_a_missing_room_is_reported_and_polled(opened: Open, complaints: Complai
     expect(stage.result).to_contain_text("This room is not open")
     with stage.page.expect_navigation():
         stage.page.evaluate("again()")
-
-
-@pytest.fixture(scope="module")
-def mortal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A private server for these tests to kill."""
-    with browsed(tmp_path_factory.mktemp("server")) as running:
-        yield running
 
 
 def test_a_stage_comes_back_by_itself_and_goes_on_with_its_lists(

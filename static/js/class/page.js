@@ -149,7 +149,7 @@ export class LessonPage {
   /** @param {string} id of the field that was changed */
   #chosen(id) {
     const { lesson } = this;
-    const { value } = byId(id, HTMLInputElement);
+    const { value } = /** @type {HTMLInputElement | HTMLSelectElement} */ (byId(id));
     if (id === "change") lesson.change = value;
     else if (id !== "size") lesson.setting = { ...lesson.setting, [id]: Number(value) };
     else lesson.size = readLesson(`#size=${value}`).size;
@@ -269,6 +269,11 @@ export class LessonPage {
     return radioValue("scope") === "all";
   }
 
+  /** How many balls have landed on all boards. */
+  get landed() {
+    return this.trials.reduce((sum, { runs }) => runs.reduce((total, { bins }) => total + bins.length, sum), 0);
+  }
+
   /** @returns {string} the lesson as the hash of a link */
   #link() {
     return writeLesson({ ...this.lesson, runs: this.trials[0].runs });
@@ -285,7 +290,7 @@ export class LessonPage {
     const { guess } = this.lesson;
     this.trials.forEach((trial, i) =>
       this.boards[i].draw(trial, now, { all: this.#all, guess, secret: this.#secret, cursor: this.#cursor }));
-    const landed = this.trials[0].over(true).bins.length;
+    const { landed } = this;
     if (landed !== this.#landed && (!moves || now - this.#refreshed >= REFRESH_MS)) {
       this.#refreshed = now;
       this.#refresh();
@@ -296,7 +301,7 @@ export class LessonPage {
   /** Shows the numbers, the view and the link. */
   #refresh() {
     const { trials, lesson } = this;
-    this.#landed = trials[0].over(true).bins.length;
+    this.#landed = this.landed;
     const samples = trials.map((trial) => trial.over(this.#all));
     fillTable("numbers", ...numbersOf(trials, samples));
     byId("numbers").dataset.boards = String(trials.length);

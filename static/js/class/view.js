@@ -36,7 +36,7 @@ export function numbersOf(trials, samples) {
   const ideal = trials.map(({ setting: { rows, p } }, i) => theoryOf(rows, p, measured[i].n));
   const theories = ideal.slice(0, new Set(trials.map(({ setting: { p } }) => p)).size);
   const both = trials.length > 1;
-  const head = ["", ...measured.map((_, i) => (both ? t("class.measured-of", { board: i + 1 }) : t("class.measured"))),
+  const head = [t("class.numbers"), ...measured.map((_, i) => (both ? t("class.measured-of", { board: i + 1 }) : t("class.measured"))),
     ...theories.map((_, i) => (theories.length > 1 ? t("class.theory-of", { board: i + 1 }) : t("class.theory")))];
   /** @type {[Key, "mean" | "sd" | "se"][]} */
   const kinds = [["class.mean", "mean"], ["class.sd", "sd"], ["class.se", "se"]];

@@ -49,7 +49,7 @@ test("without air, gravity changes how fast a ball falls, not where", () => {
 });
 
 test("the record of later seeds is within 0.01 for every number of rows", () => {
-  const { judged } = JSON.parse(readFileSync(new URL("../../../docs/measured/class.json", import.meta.url), "utf8"));
+  const { judged } = JSON.parse(readFileSync(new URL("../../../tools/class-leans.json", import.meta.url), "utf8"));
   assert.equal(judged.length, 26 * 13);
   for (const { rows, p, measured } of judged) assert.ok(Math.abs(measured - p) <= 0.01, `${rows} rows, p ${p}: ${measured}`);
 });
