@@ -20,7 +20,8 @@ from plinko.app.web.routes.page import Release, card
 from plinko.engine import Board, preset_names
 from plinko.engine.payouts.listing import listed
 
-_NAMES = ("index", "sandbox", "replay", "editor", "today", "verify", "class")  # other pages need a server
+# Other pages need a server.
+_NAMES = ("index", "sandbox", "replay", "editor", "today", "verify", "class")
 _PAGES = tuple(f"{name}.html" for name in _NAMES)
 _AT_TOP = ("favicon.svg", "icons/*", "manifest.json")
 _TOP_LINKS = re.compile(r'(href|src)="(favicon\.svg|icons/|manifest\.json)')

@@ -13,7 +13,7 @@ from playwright.sync_api import expect
 from websockets.sync.client import connect
 
 from tests.app.web.test_invitations import read
-from tests.browser.access.axe import check_axe_on
+from tests.browser.access.axe import check_axe, check_axe_on
 from tests.browser.conftest import Complaints, Open
 from tests.browser.looks import check_fit, context_for, each_screen
 from tests.browser.screen import Screen
@@ -136,6 +136,8 @@ def test_thirty_phones_drop_and_the_projector_has_every_ball(
         expect(teacher.page.locator("#numbers td").first).to_have_text(f"{2 * PHONES}")
         teacher.shot("class-projector")
         pupil.shot("class-phone")
+        check_fit(pupil)
+        check_axe(pupil)
     stats = teacher.page.locator("#table tr td:nth-child(2)").all_inner_texts()
     mortal.end(signal.SIGKILL)
     mortal.start()

@@ -21,6 +21,7 @@ PAGES = tries(
         *(
             "verify.html",
             "today.html",
+            "class.html",
             "stage.html",
             "replay.html?board=triangle-8&seed=1&embed",
         ),

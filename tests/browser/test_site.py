@@ -178,6 +178,17 @@ def test_a_session_of_a_server_is_checked_and_the_ball_of_the_day_falls(visit: V
     expect(screen.root).to_have_attribute("data-last-bin", re.compile(r"\d+"))
 
 
+def test_a_lesson_by_its_link_has_its_balls_and_needs_no_phones(visit: Visit) -> None:
+    path = "class.html#rows=8&p=0.5&restitution=0.8&gravity=9.81&view=bins&size=10&runs=5x300"
+    screen = visit(path, reduced_motion="reduce").state("live")
+    expect(screen.result).to_have_text("300 balls have landed.")
+    screen.page.get_by_text("Link, table, phones").click()
+    expect(screen.page.get_by_role("button", name="Copy link")).to_be_visible()
+    expect(screen.page.get_by_role("button", name="Invite phones")).to_be_hidden()
+    screen.page.goto(f"{screen.url}de/{path}")
+    expect(screen.result).to_have_text("300 Kugeln sind gelandet.")
+
+
 def test_pages_speak_the_language_of_the_browser_or_the_chosen_one(visit: Visit) -> None:
     screen = visit("?room=mars-8", locale="de-AT").ready()
     page = screen.page

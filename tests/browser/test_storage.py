@@ -38,6 +38,7 @@ STARTED = {
     "/replay.html?board=triangle-8&seed=1&compare": "[data-state=replay] #play",
     "/editor.html?board=triangle-8": "[data-state=asleep] #test",
     "/today.html": "[data-state=replay] .pick",
+    "/class.html": "[data-state=live] #drop",
     "/verify.html": "[data-ready=true] #file",
     "/replay.html?board=triangle-8&seed=1&embed": "[data-state=replay] #drop:enabled",
     "/stage.html": "[data-state=asleep], [data-state=live]",

@@ -117,7 +117,10 @@ export class LessonPage {
       this.#drop(0);
     });
     onClick("run", () => this.#each((trial, seed) => trial.begin(seed)));
-    onClick("clear", () => this.#each((trial, seed) => trial.clear(seed)));
+    onClick("clear", () => {
+      this.#each((trial, seed) => trial.clear(seed));
+      this.#resetPhones();
+    });
     onClick("twins", () => this.#twins());
     onClick("guess", () => this.#askGuess());
     onClick("copy", async () => {
@@ -157,9 +160,14 @@ export class LessonPage {
       this.#refresh();
       return;
     }
+    this.#secret = lesson.guess !== null;
     if (id === "rows") lesson.guess = lesson.guess && new Array(lesson.setting.rows + 1).fill(0);
     this.#setBoards();
-    void this.phones?.change(this.trials[0].board).catch((error) => this.#fail(error));
+    this.#resetPhones();
+  }
+
+  #resetPhones() {
+    this.phones?.reset(this.trials[0].board).catch((error) => this.#fail(error));
   }
 
   /** @param {(trial: Trial, seed: number | undefined) => void} act on each board, with the same seed */

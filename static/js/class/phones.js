@@ -45,7 +45,7 @@ export function joinRoom(room, appear, { onHello, onBall, onHere, onTrouble }) {
 
 /** @typedef {{drops: {seed: string, x: number | null, result: object | null}[]}} LogReply of GET rooms/…/log */
 
-/** An open room for the class. @typedef {{change: (board: Board) => Promise<unknown>}} Phones */
+/** An open room for the class. @typedef {{reset: (board: Board) => Promise<unknown>}} Phones it begins again with a board */
 
 /**
  * Opens a room and shows how phones join it.
@@ -83,5 +83,5 @@ export async function openPhones(board, { onBall, onPast }) {
     },
   });
   const headers = { "content-type": "application/json", authorization: `Bearer ${token}` };
-  return { change: (other) => getJson(path, { method: "PATCH", headers, body: JSON.stringify({ board: other }) }) };
+  return { reset: (other) => getJson(path, { method: "PATCH", headers, body: JSON.stringify({ board: other }) }) };
 }

@@ -1,6 +1,7 @@
 // A pupil's phone: a button that drops a ball on the class's board, and where the own balls landed.
 
 import { openPage, showState } from "../board/page.js";
+import { ApiError } from "../net/api.js";
 import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
 import { byId, onClick } from "../util/dom.js";
@@ -84,6 +85,7 @@ class PupilPage {
 }
 
 openPage(async (theme) => {
-  const room = new URLSearchParams(window.location.search).get("room") ?? "";
+  const room = new URLSearchParams(window.location.search).get("room");
+  if (!room) throw new ApiError(t("class.closed"), 0);
   new PupilPage(theme, await openSolver(), room);
 });

@@ -46,6 +46,12 @@ def test_the_code_of_a_room_leads_to_its_page(server: Running) -> None:
         address = read(answer.text)
         assert address == f"{server.url}/?room={made}"
         assert http.get(address).status_code == 200
+        phones = http.get(f"/api/v1/rooms/{made}/qr.svg", params={"page": "pupil"})
+        address = read(phones.raise_for_status().text)
+        assert address == f"{server.url}/pupil.html?room={made}"
+        assert http.get(address).status_code == 200
+        wrong = http.get(f"/api/v1/rooms/{made}/qr.svg", params={"page": "stage"})
+        assert wrong.status_code == 422
 
 
 def test_the_main_room_s_code_is_the_address_of_the_request(server: Running) -> None:

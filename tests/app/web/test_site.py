@@ -56,7 +56,8 @@ def test_texts_of_the_device_are_known_and_in_every_language() -> None:
 def test_each_language_but_english_has_a_folder_of_the_same_pages(site: Path) -> None:
     pages = {path.name for path in site.glob("*.html")}
     assert pages == {
-        f"{name}.html" for name in ["editor", "index", "replay", "sandbox", "today", "verify"]
+        f"{name}.html"
+        for name in ["class", "editor", "index", "replay", "sandbox", "today", "verify"]
     }
     for folder in ("de", "es"):
         assert {path.name for path in (site / folder).iterdir()} == pages
