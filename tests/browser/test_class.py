@@ -123,7 +123,7 @@ def test_thirty_phones_drop_and_the_projector_has_every_ball(
     pupil = opened(link, reduced_motion="reduce", **context_for("phone")).state("live")
     with ExitStack() as stack:
         address = f"{mortal.url.replace('http', 'ws')}/ws/rooms/{room}?stream=seeds"
-        phones = [stack.enter_context(connect(address)) for _ in range(PHONES - 1)]
+        phones = [stack.enter_context(connect(address, max_queue=None)) for _ in range(PHONES - 1)]
         for number, phone in enumerate(phones):
             phone.send(json.dumps({"type": "appear", "who": str(number)}))
         expect(teacher.page.locator("#here")).to_have_text(f"{PHONES} phones are here")

@@ -211,7 +211,10 @@ export class LessonPage {
     this.lesson.guess = on ? new Array(this.lesson.setting.rows + 1).fill(0) : null;
     this.#secret = on;
     this.#cursor = null;
-    for (const { canvas } of this.boards) canvas.tabIndex = on ? 0 : -1;
+    for (const { canvas } of this.boards) {
+      canvas.tabIndex = on ? 0 : -1;
+      canvas.role = on ? "application" : "img"; // then screen readers leave it the arrow keys
+    }
     if (on) {
       this.#each((trial, seed) => trial.clear(seed));
       this.boards[0].canvas.focus();
@@ -295,6 +298,7 @@ export class LessonPage {
       this.#drop(1);
     }
     const moves = this.trials.map((trial) => trial.advance(now)).some(Boolean);
+    byId("result").ariaLive = moves || streams ? "off" : "polite"; // screen readers hear the end, not each ball
     const { guess } = this.lesson;
     this.trials.forEach((trial, i) =>
       this.boards[i].draw(trial, now, { all: this.#all, guess, secret: this.#secret, cursor: this.#cursor }));
@@ -313,7 +317,11 @@ export class LessonPage {
     const samples = trials.map((trial) => trial.over(this.#all));
     fillTable("numbers", ...numbersOf(trials, samples));
     byId("numbers").dataset.boards = String(trials.length);
-    byId("surprise").textContent = this.#secret ? "" : surpriseOf(trials[0], samples[0]);
+    const names = trials.length > 1 ? ["class.of-first", "class.of-second"] : [];
+    byId("surprise").replaceChildren(...(this.#secret ? [] : trials.map((trial, i) => {
+      const name = names[i] ? make("strong", {}, t(/** @type {Key} */ (names[i]))) : "";
+      return make("p", {}, name, " ", surpriseOf(trial, samples[i]));
+    })));
     this.view.show(lesson, trials, samples, this.#secret);
     const [{ counts, bins }] = samples;
     const result = byId("result");

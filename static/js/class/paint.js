@@ -112,9 +112,11 @@ function paintHistogram(ctx, { top, bottom, font, edges }, palette, { counts, du
     if (!secret) {
       ctx.fillStyle = palette.trayBar;
       ctx.fillRect(left, bottom - count * unit, right - left, count * unit);
-      ctx.fillStyle = palette.trayInk;
-      const high = unit * Math.max(count, law ? due[bin] : 0);
-      if (count && wide) ctx.fillText(plain(count), middle, bottom - high - 0.4 * font);
+      // The count stands in the bar, or above it where bar or mark are too low for that.
+      const ends = law ? [count, due[bin]] : [count];
+      const inside = unit * Math.min(...ends) > 1.8 * font;
+      ctx.fillStyle = inside ? palette.tray : palette.trayInk;
+      if (count && wide) ctx.fillText(plain(count), middle, bottom - (inside ? 0 : unit * Math.max(...ends)) - 0.5 * font);
     }
     if (!guess) return;
     ctx.strokeStyle = bin === cursor ? palette.trayMark : palette.flash;

@@ -62,6 +62,7 @@ export async function openPhones(board, { onBall, onPast }) {
   byId("join-link", HTMLAnchorElement).href = link;
   byId("join-link").textContent = link.replace(/^https?:\/\//, "");
   byId("join-panel").hidden = false;
+  byId("join-panel").scrollIntoView();
   let greeted = false;
   const enter = (/** @type {{seed: string, x?: number}} */ { seed, x }) => onBall(seed, x ?? null);
   joinRoom(id, { audience: true }, {
