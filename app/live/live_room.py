@@ -9,6 +9,7 @@ import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from plinko.app.concurrency.single_flight import Signal
 from plinko.app.errors import AppError, ClosedRoomError, ResetError, UndecidedError
@@ -28,6 +29,9 @@ from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.room import Room
 from plinko.engine.errors import PlinkoError
 from plinko.engine.exact.outcome import FALSE_PATH, REASONS
+
+
+_LAST: Final = 256  # landings that a wait may have missed
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,7 @@ class Landings:
     def __init__(self) -> None:
         self._waiting: dict[int, list[asyncio.Future[messages.Landed | None]]] = {}
         self._any = Signal()
+        self._last: dict[int, messages.Landed] = {}  # a ball may land before its wait begins
 
     @property
     def waiting(self) -> int:
@@ -64,6 +69,8 @@ class Landings:
 
         Raises the error given to `end`.
         """
+        if ball in self._last:
+            return self._last[ball]
         future: asyncio.Future[messages.Landed | None] = asyncio.get_running_loop().create_future()
         self._waiting.setdefault(ball, []).append(future)
         try:
@@ -83,6 +90,9 @@ class Landings:
 
     def landed(self, landed: messages.Landed) -> None:
         self._any.send()
+        self._last[landed.ball] = landed
+        if len(self._last) > _LAST:
+            del self._last[next(iter(self._last))]
         for future in self._waiting.pop(landed.ball, ()):
             if not future.done():
                 future.set_result(landed)
@@ -99,6 +109,7 @@ class Landings:
     def _all(self) -> list["asyncio.Future[messages.Landed | None]"]:
         found = [each for futures in self._waiting.values() for each in futures if not each.done()]
         self._waiting.clear()
+        self._last.clear()
         return found
 
 

@@ -1,7 +1,6 @@
 """Every file in examples/ runs as its first lines say, and does what they say."""
 
 import ast
-import asyncio
 import csv
 import json
 import os
@@ -17,7 +16,6 @@ import httpx
 import numpy as np
 import pytest
 from PIL import Image
-from websockets.asyncio.server import ServerConnection, serve
 
 from plinko.app.fairness.signing import Signer
 from plinko.engine import Board, drop, find_draw
@@ -64,7 +62,7 @@ def node(*command: object) -> str:
 def test_every_example_has_a_test_and_says_how_it_is_run() -> None:
     text = Path(__file__).read_text("utf-8")
     names = [path.name for path in EXAMPLES.iterdir() if path.suffix in {".py", ".mjs"}]
-    assert len(names) >= 8
+    assert len(names) >= 7
     for name in names:
         assert f'"{name}"' in text
         assert name in (EXAMPLES / name).read_text("utf-8").split("import", 1)[0]
@@ -158,62 +156,6 @@ def test_an_environment_has_the_form_of_gymnasium(monkeypatch: pytest.MonkeyPatc
     assert (terminated == ~truncated).all()
     assert np.array_equal(info["final_obs"], first)
     assert following.shape == (5, 1)
-
-
-def names(server: Running) -> list[str]:
-    """The names of all named drops in the log of `main`."""
-    log = httpx.get(f"{server.url}/api/v1/rooms/main/log", timeout=LIMIT).json()
-    return [drop["name"] for drop in log["drops"] if "name" in drop]
-
-
-def test_a_bot_drops_a_ball_for_each_viewer_and_says_where_it_is(server: Running) -> None:
-    before = len(names(server))
-    chat = "ann: hello\nann: !drop\n!drop Bob B.\n!dropping\n"
-    said = run(sys.executable, "stream_bot.py", "--server", server.url, given=chat)
-    assert sorted(line.partition(" bin ")[0] for line in said.splitlines()) == ["@Bob B.", "@ann"]
-    assert all("x (seed " in line for line in said.splitlines())
-    assert sorted(names(server)[before:]) == ["Bob B.", "ann"]
-
-
-def test_a_bot_reads_a_chat_as_twitch_has_it(server: Running) -> None:
-    """The chat pings the bot, and closes the connection in between."""
-    heard: list[str] = []
-    visits: list[ServerConnection] = []
-
-    async def chat(visitor: ServerConnection) -> None:
-        visits.append(visitor)
-        heard.extend([str(await visitor.recv()), str(await visitor.recv())])
-        if len(visits) == 1:
-            await visitor.send("PING :tmi.twitch.tv\r\n")
-            heard.append(str(await visitor.recv()))
-            await visitor.send(":ann!ann@ann.tmi.twitch.tv PRIVMSG #show :!drop\r\n")
-            visitor.transport.abort()
-            return
-        tags = "@badges=;color=#00FF00;display-name=Bob"
-        hello = ":bob!bob@bob.tmi.twitch.tv PRIVMSG #show :hello"
-        await visitor.send(f"{hello}\r\n{tags} {hello.replace('hello', '!drop')}\r\n")
-        await visitor.wait_closed()
-
-    async def scene() -> list[str]:
-        async with serve(chat, "127.0.0.1", 0) as chatting:
-            port = next(iter(chatting.sockets)).getsockname()[1]
-            bot = await asyncio.create_subprocess_exec(
-                *(sys.executable, "stream_bot.py", "--server", server.url),
-                *("--chat", f"ws://127.0.0.1:{port}", "--channel", "show"),
-                cwd=EXAMPLES,
-                stdout=asyncio.subprocess.PIPE,
-            )
-            assert bot.stdout is not None
-            async with asyncio.timeout(LIMIT):
-                said = [(await bot.stdout.readline()).decode() for _ in range(2)]
-            bot.kill()
-            await bot.wait()
-            return said
-
-    said = asyncio.run(scene())
-    assert sorted(line.partition(" bin ")[0] for line in said) == ["@ann", "@bob"]
-    joining = ["NICK justinfan4242", "JOIN #show"]
-    assert heard == [*joining, "PONG :tmi.twitch.tv", *joining]
 
 
 def test_a_draw_is_held_as_the_page_about_the_stage_says(server: Running, tmp_path: Path) -> None:

@@ -95,6 +95,16 @@ async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
     assert room.landings.waiting == 0
 
 
+async def test_a_ball_that_has_landed_is_not_waited_for() -> None:
+    held = rooms()
+    room = held.find("main")
+    accepted = await ask(room, 42)
+    await finish(held)
+    landed = await room.landings.wait(accepted.ball, 60.0)
+    assert landed is not None
+    assert landed.digest == drop(BOARD, 42).digest
+
+
 async def test_a_wait_that_takes_too_long_leaves_nothing_behind() -> None:
     held = rooms()
     room = held.find("main")

@@ -15,7 +15,7 @@ from plinko.app.web.routes.rooms.rooms import own_room
 from plinko.app.web.routes.rooms.sessions import RoomToken as Token
 from plinko.app.web.routes.table import operations
 
-MAX_SHOW: Final = 1 << 17  # bytes of a show
+MAX_SHOW: Final = 1 << 18  # bytes of a show
 
 _PICTURE = r"data:image/(png|jpeg|webp|gif|svg\+xml);base64,[A-Za-z0-9+/]+={0,2}"
 
