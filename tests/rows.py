@@ -12,12 +12,25 @@ from typing import Final, TypeVar
 T = TypeVar("T")
 
 DEAR: Final = (
+    (
+        "tests/browser/table/test_t",
+        "tests/browser/test_e",
+        "tests/browser/test_r",
+        "tests/browser/test_st",
+    ),
     ("tests/browser/table/",),
     ("tests/browser/",),
-    ("tests/app/cluster/", "tests/app/persistence/"),
-    ("tests/repository/test_one_name.py", "tests/repository/test_wheel.py"),
+    (
+        "tests/app/cluster/",
+        "tests/app/persistence/",
+        "tests/repository/test_one_name",
+        "tests/repository/test_wheel",
+    ),
 )
-"""Groups of tests that share expensive fixtures, by the beginnings of their names."""
+"""Groups of tests that share expensive fixtures, by the beginnings of their names.
+
+The tests of pages take most of the time. Three browsers share them evenly.
+"""
 
 
 def in_rows(names: Sequence[str], tests: Sequence[T], workers: int) -> list[T]:
