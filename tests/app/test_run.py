@@ -50,18 +50,6 @@ def test_sighup_does_not_end_it_and_a_misspelt_variable_is_named() -> None:
         assert "PLINKO_SECRETS in the environment is not a setting: did you mean" in running.said[1]
 
 
-def test_a_taken_port_is_named() -> None:
-    first = listen(Settings(port=0))
-    try:
-        port = first.getsockname()[1]
-        with pytest.raises(
-            SettingError, match=rf"127\.0\.0\.1 port {port}: Address already in use"
-        ):
-            listen(Settings(port=port))
-    finally:
-        first.close()
-
-
 def test_an_unknown_host_is_named() -> None:
     with pytest.raises(SettingError, match=r"no\.such\.host\.invalid"):
         listen(Settings(host="no.such.host.invalid", port=0))
@@ -81,12 +69,6 @@ def test_a_server_without_temporary_files_says_so_at_start() -> None:
     )
     said = run_python(program)
     assert re.search(r"no directory for temporary files .* TMPDIR", said)
-
-
-@pytest.mark.parametrize("board", ["nope", "nope.json", "."])
-def test_a_main_board_that_is_none_is_named(board: str) -> None:
-    with pytest.raises(SettingError, match=rf"board '{board}'"):
-        create_app(Settings(board=board))
 
 
 async def test_the_first_request_waits_for_no_route_to_be_worked_out(

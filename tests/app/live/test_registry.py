@@ -230,6 +230,7 @@ async def test_a_table_ticks_without_clients_until_drops_land() -> None:
     room = held.find("interacting-triangle-8")
     await ask(room, 1)
     await finish(held)
+    assert room.room.seq == 2, "the acceptance and the landing; contacts had no listener"
     stats = room.room.stats()
     assert stats.drops == sum(stats.histogram) + stats.unsettled == 1
 

@@ -2,17 +2,14 @@
 
 import pytest
 
-from plinko.app.live.broadcast.hub import Mailbox
 from plinko.app.protocol import messages
 from plinko.app.protocol.client_messages import parse_place
-from plinko.app.protocol.wire import WireMessage
 from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.room import QUIET, Room
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.values import MOTION
 from plinko.engine import Board, drop
-from plinko.engine.constants import KIND_LANDING
 from tests.outsider import decoder
 
 BOARD = Board.preset("triangle-8")
@@ -79,15 +76,6 @@ def test_caught_up_events_have_their_ticks_and_one_snapshot() -> None:
     assert not still["bounced"], "a mark is of the snapshot before"
 
 
-def test_a_slow_client_gets_the_newest_snapshot_and_all_events() -> None:
-    mailbox = Mailbox(max_events=9, max_bytes=999)
-    for number in range(3):
-        mailbox.post(WireMessage.of_text(f'"{number}"'.encode()))
-        mailbox.show(WireMessage.of_bytes(bytes([number])))
-    taken = [message.payload for message in iter(mailbox.take, None)]
-    assert taken == [b'"0"', b'"1"', b'"2"', b"\x02"]
-
-
 def test_a_stopped_clock_shows_a_drop_at_once() -> None:
     room = TouchingRoom("t", BOARD, tick_rate=60, max_balls=9)
     room.paused = True
@@ -95,13 +83,6 @@ def test_a_stopped_clock_shows_a_drop_at_once() -> None:
     assert room.touched
     found = seen(room)
     assert (found["tick"], len(found["balls"])) == (tick, 1)
-
-
-def test_a_landing_s_index_is_its_bin_and_no_landing_has_none() -> None:
-    landed, balanced = drop(BOARD, 1), drop("classic", x=0.0)
-    assert tuple(landed.impacts[-1].tolist()[6:]) == (KIND_LANDING, landed.bin)
-    assert balanced.bin is None
-    assert KIND_LANDING not in balanced.impacts["kind"]
 
 
 def test_zero_is_one_place_in_rooms_too() -> None:

@@ -79,16 +79,6 @@ def test_a_thrown_ball_flies_falls_and_stays_in_the_box_asleep() -> None:
     assert asleep["asleep"].all()
 
 
-def test_balls_knock_each_other() -> None:
-    room = box(gravity=0.0, restitution=1.0, friction=0.0)
-    tell(room, "add", x=-1.0, y=2.0, vx=2.0, radius=0.1)
-    tell(room, "add", x=1.0, y=2.0, radius=0.1)
-    run(room, 90)
-    speeds = {int(b["id"]): float(b["vx"]) for b in room.world.bodies}
-    assert speeds[0] == pytest.approx(0.0, abs=1e-6), "the first gives all it has"
-    assert speeds[1] == pytest.approx(2.0, rel=1e-6)
-
-
 def test_a_held_ball_follows_the_hand_and_flies_on_when_let_go() -> None:
     room = box(gravity=9.81)
     tell(room, "add", x=-2.0, y=2.0, radius=0.1)
@@ -142,20 +132,6 @@ def test_settings_and_edits_are_sent_and_take_effect() -> None:
     (placed,) = tell(room, "add", x=0.0, y=0.5)
     assert isinstance(placed, messages.Placed)
     assert placed.restitution == edited.restitution, "new balls are as the sliders say"
-
-
-def test_a_stopped_clock_stands_still_and_steps_one_by_one() -> None:
-    room = box(balls=5)
-    tell(room, "pause", paused=True)
-    assert not room.awake
-    assert room.touched, "the pause is to be shown"
-    tell(room, "step")
-    assert room.awake
-    room.step(watched=True)
-    assert not room.awake
-    assert room.world.tick == 1
-    tell(room, "pause", paused=False)
-    assert room.awake
 
 
 def test_a_reset_begins_another_scene_and_the_clock_goes_on() -> None:

@@ -214,14 +214,6 @@ def test_zero_is_one_place_to_start_from(solver: SolverName) -> None:
     assert str(many.x_start.tolist()) == "[0.0, 0.0]"
 
 
-def test_zero_is_one_place_in_a_world_too() -> None:
-    worlds = World(BOARD), World(BOARD)
-    for world, x in zip(worlds, (0.0, -0.0), strict=True):
-        world.add(x=x)
-        world.step()
-    assert worlds[0].digest == worlds[1].digest
-
-
 def test_a_record_from_when_zero_had_a_sign_is_still_reproduced() -> None:
     then = (13.0, 3.0, 1.3, 0.7, 0.4, 0.7, 1.3, 3.0, 13.0)  # the board's payouts at that time
     board = replace(BOARD, bins=replace(BOARD.bins, multipliers=then))
