@@ -21,10 +21,6 @@ async def app(scope: Any, receive: Any, send: Any) -> None:
     """Answers nothing."""
 
 
-def config() -> uvicorn.Config:
-    return uvicorn.Config(app, loop="uvloop", lifespan="off", log_config=None)
-
-
 class Failing(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         raise LookupError("a bug in shutdown")
@@ -38,15 +34,16 @@ class Leaking(uvicorn.Server):
 
 
 @pytest.mark.parametrize(
-    ("server", "failure"),
+    ("kind", "failure"),
     [
-        (Failing(config()), pytest.raises(LookupError, match="a bug in shutdown")),
-        (Leaking(config()), pytest.raises(AssertionError, match="unclosed resource <TCPTransport")),
+        (Failing, pytest.raises(LookupError, match="a bug in shutdown")),
+        (Leaking, pytest.raises(AssertionError, match="unclosed resource <TCPTransport")),
     ],
 )
 def test_a_server_that_stops_badly_fails_its_test_at_once(
-    listener: socket.socket, server: uvicorn.Server, failure: "pytest.RaisesExc[Exception]"
+    listener: socket.socket, kind: type[uvicorn.Server], failure: "pytest.RaisesExc[Exception]"
 ) -> None:
+    server = kind(uvicorn.Config(app, loop="uvloop", lifespan="off", log_config=None))
     with socket.socket() as client, failure, in_thread(server, listener):
         client.connect(listener.getsockname())
         until(lambda: server.server_state.connections)
