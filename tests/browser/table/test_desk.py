@@ -133,26 +133,24 @@ def test_the_card_of_a_win_covers_no_bin(opened: Open, rich: Quick) -> None:
         expect(screen.page.locator("#card")).to_be_visible()
 
 
-def test_the_card_of_a_win_closes_on_escape_alone(opened: Open, rich: Quick) -> None:
+def test_the_card_of_a_win_closes_after_six_seconds_on_escape_or_a_drop(
+    opened: Open, rich: Quick
+) -> None:
     screen = jackpot(opened, rich)
+    card = screen.page.locator("#card")
+    screen.page.evaluate("after6s()")
+    expect(card).to_be_hidden()
+    screen.drop.click()
+    expect(card).to_be_visible()
+    screen.page.keyboard.press("Space")
+    expect(card).to_be_hidden()
+    expect(card).to_be_visible()  # of the next win
     expect(screen.drawer("For the curious")).to_be_visible()
     screen.page.keyboard.press("Escape")
-    expect(screen.page.locator("#card")).to_be_hidden()
+    expect(card).to_be_hidden()
     expect(screen.page.locator("#lab")).to_be_visible()  # Escape closes one thing at a time
     screen.page.keyboard.press("Escape")
     expect(screen.page.locator("#lab")).to_be_hidden()
-
-
-def test_the_card_of_a_win_closes_with_the_next_drop(opened: Open, rich: Quick) -> None:
-    screen = jackpot(opened, rich)
-    screen.page.keyboard.press("Space")
-    expect(screen.page.locator("#card")).to_be_hidden()
-
-
-def test_the_card_of_a_win_closes_after_six_seconds(opened: Open, rich: Quick) -> None:
-    screen = jackpot(opened, rich)
-    screen.page.evaluate("after6s()")
-    expect(screen.page.locator("#card")).to_be_hidden()
 
 
 def test_ready_is_said_only_when_it_is_so(opened: Open, quick: Quick) -> None:
