@@ -42,7 +42,7 @@ def drop_digest(
     head = b"plinko drop" + bytes.fromhex(board_digest) + struct.pack("<I", PHYSICS_VERSION)
     begin = _START.pack(*start, outcome, len(impacts))
     digest = hashlib.sha256(head + solver.encoded() + begin)
-    digest.update(impacts)
+    digest.update(impacts.data)
     return digest.hexdigest()
 
 

@@ -179,7 +179,7 @@ class Drop:
             record["label"] = label
         record["duration"] = self.duration
         record["x_end"] = self.x_end
-        record["impacts"] = list(map(list, _ROW.iter_unpack(self.impacts)))
+        record["impacts"] = list(map(list, _ROW.iter_unpack(self.impacts.data)))
         record["digest"] = self.digest
         if certainty:
             record["amplification"] = self.amplification

@@ -261,6 +261,7 @@ class Machine:
         given: dict[str, Any] = {"__linear_memory": self._memory, "__stack_pointer": stack}
         imports = [given[str(each.name)] for each in module.imports]
         self._exports: Any = wasmtime.Instance(self._store, module, imports).exports(self._store)
+        function: Any
         for function in self._exports.values():
             function.type = _no_values
         self._view = memoryview(b"")
