@@ -19,7 +19,7 @@ from plinko.engine.board.fields import BoardFields
 from plinko.engine.board.materials import Material
 from plinko.engine.certified.balls import ZERO
 from plinko.engine.certified.screen import Screen
-from plinko.engine.certified.surfaces import Circle, Face, Pair, Piece
+from plinko.engine.certified.surfaces import Circle, Face, Law, Pair, Piece, Surface
 from plinko.engine.constants import KIND_PEG, KIND_WALL
 from plinko.engine.exact.board_arrays import arrays_of
 from plinko.engine.physics import surface
@@ -102,6 +102,10 @@ class Scene:
             return circles[item]
         wall, end = divmod(item - self._peg_count, 3)
         return circles[self._peg_count + 2 * wall + end - 1]
+
+    def law_on(self, lower: Surface) -> Law:
+        """The law of a ball's motion on a surface."""
+        return Law(lower.curvature, self.gravity, self.drag, lower.pair.friction, self.radius)
 
     def _place(self, line: int, circle: Circle) -> _Place:
         off = ZERO

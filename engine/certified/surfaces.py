@@ -134,6 +134,24 @@ class Face:
 Surface: TypeAlias = Circle | Face
 
 
+class Law(NamedTuple):
+    """What decides the motion of a ball of this radius on a surface."""
+
+    curvature: arb
+    gravity: arb
+    drag: arb
+    friction: arb
+    radius: arb
+
+    def normal_force(self, ny: arb, u: arb) -> arb:
+        """Per unit mass, m/s^2."""
+        return -self.gravity * ny - self.curvature * u * u
+
+    def drive(self, nx: arb, u: arb) -> arb:
+        """The force along the surface without friction, per unit mass."""
+        return self.gravity * nx - self.drag * u
+
+
 def unit_vector(nx: arb, ny: arb) -> tuple[arb, arb]:
     """A sharper enclosure of (nx, ny), whose length is known to be one.
 

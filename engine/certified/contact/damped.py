@@ -21,7 +21,8 @@ STRONG = 0.5
 
 def stretch_of(scene: Scene, surface: Surface, start: Contact, proof: Proof) -> Stretch:
     """The motion from `start` on."""
-    plain = scene.drag <= STRONG or surface.curvature.is_zero() or start.u.is_exact()
+    law = scene.law_on(surface)
+    plain = law.drag <= STRONG or law.curvature.is_zero() or start.u.is_exact()
     return (Stretch if plain else DampedStretch)(scene, surface, start, proof)
 
 

@@ -34,25 +34,24 @@ class Parting(NamedTuple):
     omega: arb
 
 
-class Law:
+class Variation:
     """The linear equation v' = A v, with the normal and the speed enclosed in balls."""
 
     def __init__(self, stretch: Stretch, nx: arb, ny: arb, u: arb) -> None:
-        scene, mode = stretch.scene, stretch.start.mode
-        self.gravity, self.drag, self.kappa = scene.gravity, scene.drag, stretch.kappa
-        self.radius, self.rolls = scene.radius, mode == ROLLING
+        self.law, mode = stretch.law, stretch.start.mode
+        self.rolls = mode == ROLLING
         self.share = ONE / 3 * 2 if self.rolls else ONE
         slides = mode == SLIDING
-        self.grip = stretch.start.slip_sign * stretch.surface.pair.friction if slides else ZERO
+        self.grip = stretch.start.slip_sign * self.law.friction if slides else ZERO
         self.nx, self.ny, self.u = nx, ny, u
 
     def force(self, way: arb, u: arb) -> arb:
         """The change of the normal force by changes of the way and the speed."""
-        return -self.kappa * (self.gravity * self.nx * way + 2 * self.u * u)
+        return -self.law.curvature * (self.law.gravity * self.nx * way + 2 * self.u * u)
 
     def drive(self, way: arb, u: arb) -> arb:
         """The change of the force along the surface without friction."""
-        return -self.gravity * self.kappa * self.ny * way - self.drag * u
+        return -self.law.gravity * self.law.curvature * self.ny * way - self.law.drag * u
 
     def change(self, way: arb, u: arb) -> tuple[arb, arb, arb]:
         """A v: the rates of the derivatives of way, speed and spin, the last times the radius."""
@@ -68,25 +67,26 @@ class Law:
 
 def carried(stretch: Stretch, share: arb, parting: Parting) -> Parting:
     """The derivatives at the time `share` of a stretch, which is the same time for all balls."""
-    pieces = max(_PIECES, int(2.0 * float(stretch.scene.drag * share) * stretch.unit))
+    pieces = max(_PIECES, int(2.0 * float(stretch.law.drag * share) * stretch.unit))
     step = share / pieces * arb(stretch.unit)
     for i in range(pieces):
         piece = (share * i / pieces).union(share * (i + 1) / pieces)
-        law = Law(stretch, *(series.at(piece) for series in (stretch.nx, stretch.ny, stretch.u)))
-        parting = _after(law, step, parting)
+        enclosed = (series.at(piece) for series in (stretch.nx, stretch.ny, stretch.u))
+        variation = Variation(stretch, *enclosed)
+        parting = _after(variation, step, parting)
     return parting
 
 
-def _after(law: Law, step: arb, parting: Parting) -> Parting:
-    """The derivatives `step` s later; `law` encloses A until then."""
-    term = parting.way, parting.along, parting.omega * law.radius
+def _after(variation: Variation, step: arb, parting: Parting) -> Parting:
+    """The derivatives `step` s later; `variation` encloses A until then."""
+    term = parting.way, parting.along, parting.omega * variation.law.radius
     size = reduce(arb.max, map(abs, term))
     sums = list(term)
     for j in range(1, _TERMS):
-        way, along, spin = law.change(term[0], term[1])
+        way, along, spin = variation.change(term[0], term[1])
         term = way * step / j, along * step / j, spin * step / j
         sums = [a + b for a, b in zip(sums, term, strict=True)]
-    growth = law.norm() * abs(step)
+    growth = variation.norm() * abs(step)
     rest = arb(0, (size * growth**_TERMS / factorial(_TERMS) * growth.exp()).abs_upper())
     way, along, spin = (part + rest for part in sums)
-    return parting._replace(way=way, along=along, omega=spin / law.radius)
+    return parting._replace(way=way, along=along, omega=spin / variation.law.radius)

@@ -75,10 +75,10 @@ def _force_endings(stretch: Stretch, proof: Proof) -> list[Ending]:
 
 def _slip_endings(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
     """Where the slip ends, or rolling needs more friction than Coulomb's law allows."""
-    scene, start = stretch.scene, stretch.start
+    law, start = stretch.law, stretch.start
     if start.mode == SLIDING:
         way = arb(start.slip_sign)
-        slip = linear(ZERO, (way, stretch.u), (-way * scene.radius, stretch.omega))
+        slip = linear(ZERO, (way, stretch.u), (-way * law.radius, stretch.omega))
         what = "whether the ball stops slipping"
         share = first_fall(slip, known.slip_roots, stretch.end, proof, what)
         return [] if share is None else [Ending(share, Cause.CHANGES)]
@@ -88,9 +88,9 @@ def _slip_endings(stretch: Stretch, known: Known, proof: Proof) -> list[Ending]:
     for sign in (1, -1):
         spare = linear(
             ZERO,
-            (3 * stretch.surface.pair.friction, stretch.force),
-            (-sign * scene.gravity, stretch.nx),
-            (sign * scene.drag, stretch.u),
+            (3 * law.friction, stretch.force),
+            (-sign * law.gravity, stretch.nx),
+            (sign * law.drag, stretch.u),
         )
         share = first_fall(spare, 0, stretch.end, proof, "whether the ball begins to slip")
         if share is not None:

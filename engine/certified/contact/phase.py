@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from flint import arb
-
 from plinko.engine.certified.balls import ZERO, Proof, UndecidedError
 from plinko.engine.certified.contact.damped import stretch_of
 from plinko.engine.certified.contact.endings import Cause, Ending, Known, first_ending
@@ -45,11 +43,6 @@ def contact_index(surface: Surface, state: State) -> int:
     return index if surface.kind == KIND_PEG else -1 - index
 
 
-def normal_force(scene: Scene, surface: Surface, ny: arb, u: arb) -> arb:
-    """The normal force per unit mass, m/s^2."""
-    return -scene.gravity * ny - surface.curvature * u * u
-
-
 class Phase:
     def __init__(self, scene: Scene, proof: Proof, note: Note) -> None:
         self.scene, self.proof, self.note = scene, proof, note
@@ -84,7 +77,7 @@ class Phase:
             elif ending.cause is Cause.PASSES and ending.surface is not None:
                 before, surface = surface, ending.surface
                 self.note(free(now), KIND_CONTACT_CHANGE, surface)
-                force = normal_force(self.scene, surface, now.ny, now.u)
+                force = self.scene.law_on(surface).normal_force(now.ny, now.u)
                 what = f"whether the ball is pressed onto {surface.name}"
                 if not self.proof.is_positive(force, what):
                     self.note(free(now), KIND_CONTACT_END, surface)
@@ -123,17 +116,17 @@ class Phase:
 
     def _with_mode(self, now: Contact, surface: Surface, known: Known) -> Contact:
         """The mode of motion: sliding if there is slip, else as Coulomb's law decides."""
-        friction = surface.pair.friction
-        if friction.is_zero():
+        law = self.scene.law_on(surface)
+        if law.friction.is_zero():
             return replace(now, mode=FRICTIONLESS, slip_sign=0)
-        slip = now.u - now.omega * self.scene.radius
+        slip = now.u - now.omega * law.radius
         if known.slip_roots == 0 and not slip.is_zero():
             positive = self.proof.is_positive(slip, "which way the ball slips")
             return replace(now, mode=SLIDING, slip_sign=1 if positive else -1)
-        drive = self.scene.gravity * now.nx - self.scene.drag * now.u
-        force = normal_force(self.scene, surface, now.ny, now.u)
-        if self.proof.is_positive(3 * friction * force - abs(drive), "whether the ball rolls"):
-            return replace(now, omega=now.u / self.scene.radius, mode=ROLLING, slip_sign=0)
+        drive = law.drive(now.nx, now.u)
+        force = law.normal_force(now.ny, now.u)
+        if self.proof.is_positive(3 * law.friction * force - abs(drive), "whether the ball rolls"):
+            return replace(now, omega=now.u / law.radius, mode=ROLLING, slip_sign=0)
         positive = self.proof.is_positive(drive, "which way the ball begins to slip")
         return replace(now, mode=SLIDING, slip_sign=1 if positive else -1)
 

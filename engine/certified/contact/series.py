@@ -93,7 +93,7 @@ class Stretch:
 
     def __init__(self, scene: Scene, surface: Surface, start: Contact, proof: Proof) -> None:
         self.scene, self.surface, self.start = scene, surface, start
-        self.kappa = surface.curvature
+        self.law, self.kappa = scene.law_on(surface), surface.curvature
         terms = max(_LEAST_TERMS, int(_TERMS_PER_BIT * ctx.prec))
         lists = self._expand(terms, proof)
         self.end = 2.0 ** (-ctx.prec / terms)
@@ -102,11 +102,11 @@ class Stretch:
 
     def _expand(self, terms: int, proof: Proof) -> list[list[arb]]:
         """The first coefficients of n_x, n_y, u and omega, time in seconds."""
-        start, scene = self.start, self.scene
-        g, k, kappa = scene.gravity, scene.drag, self.kappa
+        start = self.start
+        kappa, g, k, friction, radius = self.law
         curved = not kappa.is_zero()
         share = ONE / 3 * 2 if start.mode == ROLLING else ONE
-        grip = start.slip_sign * self.surface.pair.friction
+        grip = start.slip_sign * friction
         nx, ny, u, omega = [start.nx], [start.ny], [start.u], [start.omega]
         for i in range(terms - 1):
             proof.check_time()
@@ -122,7 +122,7 @@ class Stretch:
                 if curved:
                     force = force - kappa * sum(map(mul, u, back), ZERO)
                 u.append((drive - grip * force) / (i + 1))
-                omega.append(2 * grip * force / scene.radius / (i + 1))
+                omega.append(2 * grip * force / radius / (i + 1))
             else:
                 u.append(share * drive / (i + 1))
             nx.append(nx_next)
@@ -150,16 +150,16 @@ class Stretch:
         way = [ZERO, *(unit * value / (i + 1) for i, value in enumerate(u))]
         self.way = Series(way, (unit * self.u.tail).upper())
         if self.start.mode == SLIDING:
-            turn = 2 * self.surface.pair.friction * unit / self.scene.radius
+            turn = 2 * self.law.friction * unit / self.law.radius
             self.omega = Series(omega, (turn * push * rest).upper())
         elif self.start.mode == ROLLING:
-            self.omega = linear(ZERO, (1 / self.scene.radius, self.u))
+            self.omega = linear(ZERO, (1 / self.law.radius, self.u))
         else:
             self.omega = Series(omega, ZERO)
-        self.force = linear(ZERO, (-self.scene.gravity, self.ny))
+        self.force = linear(ZERO, (-self.law.gravity, self.ny))
         if not self.kappa.is_zero():
             bent = square(self.u, self.end)
-            self.force = linear(ZERO, (-self.scene.gravity, self.ny), (-self.kappa, bent))
+            self.force = linear(ZERO, (-self.law.gravity, self.ny), (-self.kappa, bent))
 
     def _proven_bounds(
         self, terms: int, normal: float, speed: float
@@ -169,10 +169,10 @@ class Stretch:
         U may be larger than the coefficients show: with little speed and much gravity, only a
         larger U satisfies the induction step.
         """
-        scene, h = self.scene, self.unit
-        g, k, kappa = float(scene.gravity), float(scene.drag), float(self.kappa) * _SLACK
+        law, h = self.law, self.unit
+        g, k, kappa = float(law.gravity), float(law.drag), float(law.curvature) * _SLACK
         later = (terms + 1) ** 2 / terms**3 * _SLACK
-        friction = float(self.surface.pair.friction) if self.start.mode == SLIDING else 0.0
+        friction = float(law.friction) if self.start.mode == SLIDING else 0.0
         speed = max(speed, 4.0 * h * g * normal * (1.0 + friction) * later)
         push = (g * normal + kappa * _CONVOLUTION * speed * speed) * _SLACK
         if kappa * h * _CONVOLUTION * speed * later > 1.0:
@@ -202,20 +202,20 @@ class Stretch:
         u by e^(b s), because the signs of its terms alternate; the solution u_0 e^(-b s) + ...
         divides it by as much. Its own subtractions cancel for small b s, where the series serves.
         """
-        start, scene = self.start, self.scene
+        start, law = self.start, self.law
         rolls = start.mode == ROLLING
-        b = (ONE / 3 * 2 if rolls else ONE) * scene.drag
+        b = (ONE / 3 * 2 if rolls else ONE) * law.drag
         s = share * arb(self.unit)
         if not b * s > 1:
             return self.way.at(share), self.u.at(share), self.omega.at(share)
-        grip = start.slip_sign * self.surface.pair.friction if start.mode == SLIDING else ZERO
-        push = -scene.gravity * start.ny * grip
-        a = (ONE / 3 * 2 if rolls else ONE) * scene.gravity * start.nx - push
+        grip = start.slip_sign * law.friction if start.mode == SLIDING else ZERO
+        push = -law.gravity * start.ny * grip
+        a = (ONE / 3 * 2 if rolls else ONE) * law.gravity * start.nx - push
         decay = (-b * s).exp()
         phi = (1 - decay) / b
         u = start.u * decay + a * phi
         way = start.u * phi + a * (s - phi) / b
-        omega = u / scene.radius if rolls else start.omega + 2 * push / scene.radius * s
+        omega = u / law.radius if rolls else start.omega + 2 * push / law.radius * s
         return way, u, omega
 
 

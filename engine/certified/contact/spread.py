@@ -5,9 +5,9 @@ from dataclasses import replace
 from flint import arb
 
 from plinko.engine.certified.balls import ZERO, Proof, UndecidedError
-from plinko.engine.certified.contact.derivative import Law, Parting, carried
+from plinko.engine.certified.contact.derivative import Parting, Variation, carried
 from plinko.engine.certified.contact.endings import Cause, Ending, Known, first_ending
-from plinko.engine.certified.contact.phase import Note, Phase, normal_force
+from plinko.engine.certified.contact.phase import Note, Phase
 from plinko.engine.certified.contact.series import ROLLING, Contact, Stretch
 from plinko.engine.certified.scene import Scene
 from plinko.engine.certified.surfaces import Surface
@@ -92,24 +92,24 @@ def _at_event(stretch: Stretch, ending: Ending, now: Contact, parting: Parting) 
     `parting` is at one time for all. A ball is `later` by the time in which the quantity that is
     zero at the event makes up for its change.
     """
-    scene, surface, cause = stretch.scene, stretch.surface, ending.cause
+    law, cause = stretch.law, ending.cause
     if cause is Cause.STEP:
         return parting
-    law = Law(stretch, now.nx, now.ny, now.u)
-    force = normal_force(scene, surface, now.ny, now.u)
-    faster = law.share * (scene.gravity * now.nx - scene.drag * now.u) - law.grip * force
-    spins = faster / scene.radius if law.rolls else 2 * law.grip * force / scene.radius
+    variation = Variation(stretch, now.nx, now.ny, now.u)
+    pull = variation.grip * law.normal_force(now.ny, now.u)
+    faster = variation.share * law.drive(now.nx, now.u) - pull
+    spins = faster / law.radius if variation.rolls else 2 * pull / law.radius
 
     def off(way: arb, along: arb, omega: arb) -> arb:
         """The change of the quantity that is zero at the event."""
         if cause is Cause.LEAVES:
-            return law.force(way, along)
+            return variation.force(way, along)
         if cause is not Cause.CHANGES:
             return way  # the event is at a fixed position on the surface
-        if not law.rolls:
-            return along - omega * scene.radius
-        grip = 3 * surface.pair.friction
-        return grip * law.force(way, along) - ending.slip_sign * law.drive(way, along)
+        if not variation.rolls:
+            return along - omega * law.radius
+        grip = 3 * law.friction
+        return grip * variation.force(way, along) - ending.slip_sign * variation.drive(way, along)
 
     later = -off(parting.way, parting.along, parting.omega) / off(now.u, faster, spins)
     along, omega = parting.along + faster * later, parting.omega + spins * later

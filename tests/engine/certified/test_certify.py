@@ -261,11 +261,12 @@ def test_rolling_with_another_share_of_gravity_does_not_agree(
     right = contact_series.Stretch._expand
 
     def wrong(self: contact_series.Stretch, terms: int, proof: Proof) -> list[list[arb]]:
-        self.scene.gravity = self.scene.gravity * 3 / 4
+        law = self.law
+        self.law = law._replace(gravity=law.gravity * 3 / 4)
         try:
             return right(self, terms, proof)
         finally:
-            self.scene.gravity = self.scene.gravity * 4 / 3
+            self.law = law
 
     monkeypatch.setattr(contact_series.Stretch, "_expand", wrong)
     assert not _agrees("triangle-16", 0)
