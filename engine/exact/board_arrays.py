@@ -15,7 +15,7 @@ from plinko.engine.board.materials import combine
 from plinko.engine.exact.grid import cell_at, cells_of
 from plinko.engine.exact.surfaces import lay_out
 from plinko.engine.jit.decorator import inner_kernel, kernel, lean_kernel
-from plinko.engine.physics import surface
+from plinko.engine.physics import contact, surface
 from plinko.engine.physics.array_types import Floats, Indices
 from plinko.engine.physics.flight import HALF_WAY
 
@@ -77,6 +77,13 @@ def restitution_of(board: BoardArrays, item: int) -> float:
 @inner_kernel
 def friction_of(board: BoardArrays, item: int) -> float:
     return board.peg_friction if item < board.peg_count else board.wall_friction
+
+
+@inner_kernel
+def law_on(board: BoardArrays, item: int) -> contact.Law:
+    """The law of a ball's motion on a surface."""
+    bend = surface.curvature(board.items, item)
+    return contact.Law(bend, board.gravity, board.drag, friction_of(board, item), board.radius)
 
 
 @inner_kernel

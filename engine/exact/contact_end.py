@@ -30,9 +30,7 @@ def slip_end_time(
 
 
 @inner_kernel
-def rolling_end_time(
-    series: Series, gravity: float, drag: float, friction: float, horizon: float
-) -> tuple[float, float]:
+def rolling_end_time(series: Series, law: contact.Law, horizon: float) -> tuple[float, float]:
     """When a rolling ball needs more friction than mu N, or NO_HIT, and the sign of its slip then.
 
     Rolling needs the friction |g.t - k u| / 3. A ball that begins to roll at the limit, within
@@ -44,8 +42,8 @@ def rolling_end_time(
     for way in range(2):
         drive_sign = 1.0 - 2.0 * way
         for i in range(contact.ORDER + 1):
-            drive = gravity * series[contact.NORMAL_X, i] - drag * series[contact.SPEED, i]
-            f[i] = 3.0 * friction * series[contact.FORCE, i] - drive_sign * drive
+            drive = law.gravity * series[contact.NORMAL_X, i] - law.drag * series[contact.SPEED, i]
+            f[i] = 3.0 * law.friction * series[contact.FORCE, i] - drive_sign * drive
         s = _first_touch(f, horizon)
         if s != NO_HIT and (best == NO_HIT or s < best):
             best = s

@@ -21,7 +21,7 @@ from plinko.engine.constants import (
     KIND_WALL,
 )
 from plinko.engine.exact import event_log
-from plinko.engine.exact.board_arrays import BoardArrays, friction_of, restitution_of
+from plinko.engine.exact.board_arrays import BoardArrays, friction_of, law_on, restitution_of
 from plinko.engine.exact.sampling import sample_segment
 from plinko.engine.exact.sustained_contact import start_series
 from plinko.engine.jit.decorator import inner_kernel, kernel
@@ -100,8 +100,7 @@ def _rates_of(board: BoardArrays, segment: Floats, state: Floats, rates: Floats)
     u = state[body.VY] * nx - state[body.VX] * ny
     contact_rates(
         nx, ny, u, state[body.OMEGA], int(segment[event_log.MODE]), segment[event_log.SLIP_SIGN],
-        curvature(board.items, item), board.gravity, board.drag, friction_of(board, item),
-        board.radius, rates,
+        law_on(board, item), rates,
     )  # fmt: skip
 
 
@@ -126,12 +125,9 @@ def _take_along(
     start_series(
         board, series, segment, item, segment[event_log.SIDE], mode, segment[event_log.SLIP_SIGN]
     )
+    law = law_on(board, item)
     for i in range(TANGENTS):
-        through_contact(
-            tangents[i], series, variation, s, mode, segment[event_log.SLIP_SIGN],
-            curvature(board.items, item), board.gravity, board.drag, friction_of(board, item),
-            board.radius,
-        )  # fmt: skip
+        through_contact(tangents[i], series, variation, s, mode, segment[event_log.SLIP_SIGN], law)
 
 
 @inner_kernel
@@ -151,7 +147,7 @@ def _contact_delay(
     if int(segment[event_log.MODE]) == contact.HELD:  # the spin becomes zero
         return float(-vector[tangent.DOMEGA] / segment[event_log.SLIP_SIGN])
     item = int(segment[event_log.ITEM])
-    bend = curvature(board.items, item)
+    bend, gravity, drag, friction, _ = law_on(board, item)
     nx, ny, _, _ = touch(
         board.items, board.radius, item, segment[event_log.SIDE], state[body.X], state[body.Y]
     )
@@ -164,8 +160,8 @@ def _contact_delay(
         return -along / u if u != 0.0 else 0.0
     rate = rates[tangent.DVY] * nx - rates[tangent.DVX] * ny
     # Changes of the normal force, per second and per unit of the tangent.
-    slope = -board.gravity * bend * u * nx - 2.0 * bend * u * rate
-    offset = -board.gravity * bend * along * nx - 2.0 * bend * u * change
+    slope = -gravity * bend * u * nx - 2.0 * bend * u * rate
+    offset = -gravity * bend * along * nx - 2.0 * bend * u * change
     if (
         kind == KIND_CONTACT_CHANGE and int(segment[event_log.MODE]) == contact.SLIDING
     ):  # the slip becomes zero
@@ -173,9 +169,9 @@ def _contact_delay(
         offset = change - board.radius * vector[tangent.DOMEGA]
     elif kind == KIND_CONTACT_CHANGE:  # rolling needs all friction that Coulomb's law allows
         sign = following[event_log.SLIP_SIGN]
-        share = 3.0 * friction_of(board, item)
-        slope = share * slope + sign * (board.gravity * bend * u * ny + board.drag * rate)
-        offset = share * offset + sign * (board.gravity * bend * along * ny + board.drag * change)
+        share = 3.0 * friction
+        slope = share * slope + sign * (gravity * bend * u * ny + drag * rate)
+        offset = share * offset + sign * (gravity * bend * along * ny + drag * change)
     return -offset / slope if slope != 0.0 else 0.0
 
 

@@ -2,7 +2,7 @@
 
 from plinko.engine.constants import KIND_CONTACT_CHANGE
 from plinko.engine.exact import event_log, initial_state
-from plinko.engine.exact.board_arrays import BoardArrays, cell_of, friction_of
+from plinko.engine.exact.board_arrays import BoardArrays, cell_of, law_on
 from plinko.engine.exact.contact_end import (
     landing_time,
     leaving_time,
@@ -28,10 +28,10 @@ from plinko.engine.exact.outcome import (
 from plinko.engine.jit.decorator import inner_kernel
 from plinko.engine.physics import body, contact, surface
 from plinko.engine.physics.array_types import Floats
-from plinko.engine.physics.contact import choose_mode, expand, hold, step_length
+from plinko.engine.physics.contact import choose_mode, expand, hold, normal_force, step_length
 from plinko.engine.physics.flight import HALF_WAY
 from plinko.engine.physics.series import Series, value
-from plinko.engine.physics.surface import curvature, ends_in, is_flush, side_of, touch
+from plinko.engine.physics.surface import ends_in, is_flush, side_of, touch
 from plinko.engine.physics.time_of_impact import NO_HIT
 
 # Why a contact ended, if not with an outcome.
@@ -71,16 +71,7 @@ def start_series(
         return
     if mode == contact.ROLLING:
         series[contact.SPIN, 0] = series[contact.SPEED, 0] / board.radius
-    expand(
-        series,
-        mode,
-        slip_sign,
-        curvature(board.items, item),
-        board.gravity,
-        board.drag,
-        friction_of(board, item),
-        board.radius,
-    )
+    expand(series, mode, slip_sign, law_on(board, item))
 
 
 @inner_kernel
@@ -244,9 +235,7 @@ def _next_cause(
     if mode == contact.SLIDING:
         when = slip_end_time(series, slip_sign, slip_root, board.radius, s)
     elif mode == contact.ROLLING:
-        when, new_sign = rolling_end_time(
-            series, board.gravity, board.drag, friction_of(board, item), s
-        )
+        when, new_sign = rolling_end_time(series, law_on(board, item), s)
     if fresh and when == 0.0:
         when = NO_HIT
     if when != NO_HIT and (when < s or cause == STEP_END):
@@ -295,22 +284,14 @@ def follow_contact(
             board.items, board.radius, item, side, state[body.X], state[body.Y]
         )
         u = state[body.VY] * nx - state[body.VX] * ny
-        normal_force = -board.gravity * ny - curvature(board.items, item) * u * u
-        if normal_force <= 0.0:
+        law = law_on(board, item)
+        if normal_force(law, ny, u) <= 0.0:
             cause = OFF
             break
         mode = contact.SLIDING
         if slip_root != 2:
-            mode, slip_sign = choose_mode(
-                u,
-                state[body.OMEGA],
-                normal_force,
-                board.gravity * nx - board.drag * u,
-                board.radius,
-                friction_of(board, item),
-                slip_root == 1,
-            )
-        if nx == 0.0 and mode != contact.SLIDING and _has_stopped(board, u):
+            mode, slip_sign = choose_mode(law, nx, ny, u, state[body.OMEGA], slip_root == 1)
+        if nx == 0.0 and mode != contact.SLIDING and _has_stopped(law, u):
             cause = BALANCED
             break
         note_segment(log, state, float(item), side, float(mode), slip_sign)
@@ -337,12 +318,12 @@ def follow_contact(
 
 
 @inner_kernel
-def _has_stopped(board: BoardArrays, u: float) -> bool:
+def _has_stopped(law: contact.Law, u: float) -> bool:
     """Whether a ball that moves along a level surface at u m/s has stopped, within rounding.
 
     Drag lets it go on by u / k, or by 3 u / 2 k if it rolls. It has stopped if adding that to the
     ball's radius does not change the radius.
     """
-    if u == 0.0 or board.drag == 0.0:
+    if u == 0.0 or law.drag == 0.0:
         return u == 0.0
-    return board.radius + 1.5 * abs(u) / board.drag == board.radius
+    return law.radius + 1.5 * abs(u) / law.drag == law.radius

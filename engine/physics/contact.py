@@ -16,6 +16,8 @@ Mathematics 14, 2005). Every event of a contact phase is the first zero of a pol
 these series.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from plinko.engine.jit.decorator import inner_kernel
@@ -48,21 +50,23 @@ TRUNCATION = 6.9e-18
 the speed (m/s), and the spin times the radius (m/s)."""
 
 
+class Law(NamedTuple):
+    """What decides the motion of a ball of this radius on a surface, in SI units."""
+
+    curvature: float
+    gravity: float
+    drag: float
+    friction: float
+    radius: float
+
+
 @inner_kernel
-def expand(
-    series: Series,
-    mode: int,
-    slip_sign: float,
-    curvature: float,
-    gravity: float,
-    drag: float,
-    friction: float,
-    radius: float,
-) -> None:
+def expand(series: Series, mode: int, slip_sign: float, law: Law) -> None:
     """Fill rows NORMAL_X to FORCE of `series` from their first column.
 
     slip_sign is the sign of u - omega R while sliding.
     """
+    curvature, gravity, drag, friction, radius = law
     nx = series[NORMAL_X]
     ny = series[NORMAL_Y]
     u = series[SPEED]
@@ -96,6 +100,12 @@ def expand(
             spin[i + 1] = 0.0
         series[ANGLE, i + 1] = spin[i] * share
         series[PATH, i + 1] = u[i] * share
+
+
+@inner_kernel
+def normal_force(law: Law, ny: float, u: float) -> float:
+    """N per unit mass."""
+    return -law.gravity * ny - law.curvature * u * u
 
 
 @inner_kernel
@@ -141,26 +151,21 @@ def new_series() -> Series:
 
 @inner_kernel
 def choose_mode(
-    u: float,
-    omega: float,
-    normal_force: float,
-    drive: float,
-    radius: float,
-    friction: float,
-    rolls: bool,
+    law: Law, nx: float, ny: float, u: float, omega: float, rolls: bool
 ) -> tuple[int, float]:
     """The mode at the start of a stretch, and the sign of the slip, 0 without slip.
 
     `rolls`: whether the event before has made the slip zero. Without this, a rounding error of the
     slip would decide between rolling and sliding.
     """
-    if friction == 0.0:
+    if law.friction == 0.0:
         return FRICTIONLESS, 0.0
-    slip = 0.0 if rolls else u - omega * radius
+    slip = 0.0 if rolls else u - omega * law.radius
     if slip > 0.0:
         return SLIDING, 1.0
     if slip < 0.0:
         return SLIDING, -1.0
-    if abs(drive) <= 3.0 * friction * normal_force:
+    drive = law.gravity * nx - law.drag * u
+    if abs(drive) <= 3.0 * law.friction * normal_force(law, ny, u):
         return ROLLING, 0.0
     return SLIDING, 1.0 if drive > 0.0 else -1.0

@@ -130,15 +130,12 @@ def contact_rates(
     omega: float,
     mode: int,
     slip_sign: float,
-    curvature: float,
-    gravity: float,
-    k: float,
-    friction: float,
-    radius: float,
+    law: contact.Law,
     rates: Tangent,
 ) -> None:
     """Write the rates of a state in sustained contact, as contact.py has them, into `rates`."""
-    force = -gravity * ny - curvature * u * u
+    curvature, gravity, k, friction, radius = law
+    force = contact.normal_force(law, ny, u)
     drive = gravity * nx - k * u
     rate = drive
     turning = 0.0
@@ -164,17 +161,14 @@ def through_contact(
     s: float,
     mode: int,
     slip_sign: float,
-    curvature: float,
-    gravity: float,
-    k: float,
-    friction: float,
-    radius: float,
+    law: contact.Law,
 ) -> None:
     """Carry a tangent through s seconds of sustained contact, whose motion is in `series`.
 
     Components off the surface are dropped. `variation`, shape (3, ORDER + 1), is work space for the
     series of the variational equations, which are computed like those of the motion.
     """
+    curvature, gravity, k, friction, radius = law
     nx = series[contact.NORMAL_X]
     ny = series[contact.NORMAL_Y]
     u = series[contact.SPEED]

@@ -104,7 +104,7 @@ def test_the_series_solves_the_equations_of_motion(mode: int, kappa: float, k: f
     u, mu = 0.4, 0.3
     spin = u / 0.1 if mode == contact.ROLLING else 1.0
     series = start(0.3, u, spin)
-    expand(series, mode, 1.0, kappa, 9.81, k, mu, 0.1)
+    expand(series, mode, 1.0, contact.Law(kappa, 9.81, k, mu, 0.1))
     h = step_length(series, 0.1, 1.0)
     assert 0.001 < h <= contact.LONGEST_STEP
     first = np.array([math.sin(0.3), -math.cos(0.3), u, spin])
@@ -122,7 +122,7 @@ def test_a_step_is_as_short_as_its_truncation_asks(
     angle: float, u: float, spin: float, kappa: float
 ) -> None:
     series = start(angle, u, spin)
-    expand(series, contact.SLIDING, 1.0, kappa, 9.81, 1.0, 0.4, 0.1)
+    expand(series, contact.SLIDING, 1.0, contact.Law(kappa, 9.81, 1.0, 0.4, 0.1))
     h = step_length(series, 0.1, 0.05)
     tails = [
         abs(series[row, contact.ORDER]) * h**contact.ORDER
@@ -133,10 +133,12 @@ def test_a_step_is_as_short_as_its_truncation_asks(
 
 
 def test_a_ball_rolls_slides_or_is_free_as_coulomb_says() -> None:
-    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.0, False) == (contact.FRICTIONLESS, 0.0)
-    assert choose_mode(1.0, 0.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, 1.0)
-    assert choose_mode(1.0, 20.0, 9.81, 5.0, 0.1, 0.5, False) == (contact.SLIDING, -1.0)
-    assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.5, True) == (contact.ROLLING, 0.0)
-    # rolling needs a third of the driving force as friction: 5/3 > 0.1 * 9.81
-    assert choose_mode(1.0, 10.0, 9.81, 5.0, 0.1, 0.1, True) == (contact.SLIDING, 1.0)
-    assert choose_mode(1.0, 10.0, 9.81, -5.0, 0.1, 0.1, True) == (contact.SLIDING, -1.0)
+    free, weak, strong = (contact.Law(0.0, 10.0, 0.0, mu, 0.1) for mu in (0.0, 0.1, 0.5))
+    down, up = (0.5, -1.0), (-0.5, -1.0)  # a driving force of 5, a normal force of 10
+    assert choose_mode(free, *down, 1.0, 0.0, False) == (contact.FRICTIONLESS, 0.0)
+    assert choose_mode(strong, *down, 1.0, 0.0, False) == (contact.SLIDING, 1.0)
+    assert choose_mode(strong, *down, 1.0, 20.0, False) == (contact.SLIDING, -1.0)
+    assert choose_mode(strong, *down, 1.0, 10.0, True) == (contact.ROLLING, 0.0)
+    # rolling needs a third of the driving force as friction: 5/3 > 0.1 * 10
+    assert choose_mode(weak, *down, 1.0, 10.0, True) == (contact.SLIDING, 1.0)
+    assert choose_mode(weak, *up, 1.0, 10.0, True) == (contact.SLIDING, -1.0)
