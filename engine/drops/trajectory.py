@@ -44,9 +44,7 @@ wall."""
 
 def impacts_of(events: Floats, marks: npt.NDArray[np.int32]) -> npt.NDArray[np.void]:
     """The events, shape (n, 6), and marks, shape (n, 2), of a log as an array of dtype IMPACT."""
-    rows = np.empty((len(events), 7), "<f8")
-    rows[:, :6] = float_bits(events)
-    rows.view("<i4")[:, 12:] = marks
+    rows = np.concatenate((float_bits(events), marks.view("<f8")), axis=1)
     return rows.view(IMPACT)[:, 0]
 
 
