@@ -21,9 +21,9 @@ def allowed(hosts: Hosts, header: str | None) -> bool:
     ["localhost", "localhost:8000", "LOCALHOST", "localhost.", "game.localhost", "127.0.0.1:8000",
      "127.9.9.9", "[::1]:8000", "[::1]", None],
 )  # fmt: skip
-@pytest.mark.parametrize("listening", ["127.0.0.1", "::1", "192.0.2.7", "0.0.0.0"])
-def test_this_machine_is_always_allowed(listening: str, header: str | None) -> None:
-    assert allowed(Hosts(listening, ()), header)
+def test_this_machine_is_always_allowed(header: str | None) -> None:
+    for listening in ("127.0.0.1", "::1", "192.0.2.7", "0.0.0.0"):
+        assert allowed(Hosts(listening, ()), header), listening
 
 
 @pytest.mark.parametrize(
@@ -32,10 +32,10 @@ def test_this_machine_is_always_allowed(listening: str, header: str | None) -> N
      "localhostevil", "", " ", "[", "[::1", "::1", "[evil]", "a b", "localhost:x", "localhost:8:1",
      "http://localhost", "localhost/", "user@localhost", "evil.example#localhost", "-"],
 )  # fmt: skip
-@pytest.mark.parametrize("listening", ["127.0.0.1", "0.0.0.0", "::"])
-def test_a_strangers_name_and_what_is_no_name_are_refused(listening: str, header: str) -> None:
-    with pytest.raises(HostError, match="is not a name of this server; the setting `hosts`"):
-        Hosts(listening, (), "box").check(header)
+def test_a_strangers_name_and_what_is_no_name_are_refused(header: str) -> None:
+    for listening in ("127.0.0.1", "0.0.0.0", "::"):
+        with pytest.raises(HostError, match="is not a name of this server; the setting `hosts`"):
+            Hosts(listening, (), "box").check(header)
 
 
 def test_an_address_is_allowed_where_the_server_listens_on_it() -> None:
