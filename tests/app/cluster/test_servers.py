@@ -254,42 +254,32 @@ async def landing(player: Player, one: ServerProcess, room: str) -> dict[str, An
     return result
 
 
-async def test_a_stopped_server_hands_all_its_rooms_over(servers: Servers) -> None:
+async def test_a_stopped_server_hands_over_all_its_rooms_and_players(servers: Servers) -> None:
     first, second, third = servers.all
-    rooms = [new_room(first) for _ in range(4)]
+    rooms, elsewhere = [new_room(first) for _ in range(4)], new_room(second)
     for number, room in enumerate(rooms):
         drop_at(first, room, 30 + number)
-    async with playing(first.socket(rooms[0])) as player:
+    async with (
+        playing(first.socket(rooms[0])) as player,
+        playing(first.socket(elsewhere)) as guest,
+    ):
         ending = asyncio.create_task(asyncio.to_thread(first.end, signal.SIGTERM))
-        with contextlib.suppress(ConnectionClosed):
-            while True:
-                await player.step()
-        assert player.socket.close_code == 1012
+        for each in (player, guest):
+            with contextlib.suppress(ConnectionClosed):
+                while True:
+                    await each.step()
+            assert each.socket.close_code == 1012
         async with playing(second.socket(rooms[0])) as again:
             assert same_as_alone(await landing(again, second, rooms[0]), 30)
+        assert await asyncio.to_thread(servers.has, second, elsewhere), "where it was all the time"
+        async with playing(third.socket(elsewhere)) as again:
+            assert again.hello["room"] == elsewhere
     assert await ending == 0
     for number, room in enumerate(rooms):
         log = third.get(f"/api/v1/rooms/{room}/log").json()
         assert [each["seed"] for each in log["drops"]] == [str(30 + number)]
     ready = [await asyncio.to_thread(one.get, "/readyz") for one in (second, third)]
     assert sum(answer.json()["cluster"]["rooms"] for answer in ready) >= len(rooms)
-
-
-async def test_players_of_a_server_that_shuts_down_are_sent_to_another(
-    servers: Servers,
-) -> None:
-    first, second, third = servers.all
-    room = new_room(second)
-    async with playing(first.socket(room)) as player:
-        ending = asyncio.create_task(asyncio.to_thread(first.end, signal.SIGTERM))
-        with contextlib.suppress(ConnectionClosed):
-            while True:
-                await player.step()
-        assert player.socket.close_code == 1012
-        assert await asyncio.to_thread(servers.has, second, room), "where it was all the time"
-        async with playing(third.socket(room)) as again:
-            assert again.hello["room"] == room
-    assert await ending == 0
 
 
 async def test_without_postgresql_rooms_stay_and_are_taken_over_later(
