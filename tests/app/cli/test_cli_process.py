@@ -44,13 +44,6 @@ def read_terminal(terminal: int, until: bytes) -> bytes:
     return seen
 
 
-def test_an_error_is_exit_code_2_without_a_traceback() -> None:
-    done = run("drop", "nope", "--seed", "1")
-    assert (done.returncode, done.stdout) == (2, b"")
-    assert done.stderr.startswith(b"plinko: BOARD 'nope'")
-    assert done.stderr.count(b"\n") == 1
-
-
 def test_a_process_ends_without_a_garbage_collection() -> None:
     code = (
         "import atexit, gc\n"
@@ -72,22 +65,26 @@ def test_a_record_goes_from_drop_to_verify_through_a_pipe() -> None:
     assert b"duration differs: the record says 1.0" in done.stdout
 
 
-def test_an_interrupt_is_exit_code_130_and_what_was_counted() -> None:
-    """The progress bar shows that the drops have begun; perhaps none is counted yet."""
+def stopped(number: signal.Signals, *options: str) -> tuple[int, bytes, bytes]:
+    """Stop an endless run once its progress bar is shown; its exit code, output and terminal."""
     terminal, stderr = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-c", HEEDING, *ENDLESS], stdout=subprocess.PIPE, stderr=stderr
-    )
+    command = [sys.executable, "-c", HEEDING, *ENDLESS, *options]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr)
     os.close(stderr)
     seen = read_terminal(terminal, b"[")
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     with contextlib.suppress(OSError):  # Linux raises EIO once the other end is closed
         while more := os.read(terminal, 1024):
             seen += more
     out, _ = process.communicate(timeout=LIMIT)
     os.close(terminal)
-    assert process.returncode == 130
-    assert out == b"" or b"of 1,000,000,000,000 drops: blocks 0" in out
+    return process.returncode, out, seen
+
+
+def test_an_interrupt_is_exit_code_130_and_what_was_counted() -> None:
+    code, out, seen = stopped(signal.SIGINT)
+    assert code == 130
+    assert out == b"" or b"of 1,000,000,000,000 drops: blocks 0" in out  # perhaps none is counted
     assert b"Traceback" not in seen
     assert b"Aborted" not in seen
 
@@ -97,21 +94,8 @@ def test_a_stopped_run_leaves_rows_of_whole_blocks_or_no_file(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     path = tmp_path / "drops.csv"
-    terminal, stderr = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-c", HEEDING, *ENDLESS, "--out", str(path)],
-        stdout=subprocess.PIPE,
-        stderr=stderr,
-    )
-    os.close(stderr)
-    read_terminal(terminal, b"[")
-    process.send_signal(number)
-    with contextlib.suppress(OSError):  # Linux raises EIO once the other end is closed
-        while os.read(terminal, 1024):
-            pass
-    process.communicate(timeout=LIMIT)
-    os.close(terminal)
-    assert process.returncode == 128 + number
+    code, _, _ = stopped(number, "--out", str(path))
+    assert code == 128 + number
     rows = len(path.read_text().splitlines()) - 1 if path.exists() else 0
     assert rows % 65_536 == 0
     assert path.exists() == (rows > 0)
