@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator
 from typing import Any, Final
 
 import msgspec
-from websockets.asyncio.server import ServerConnection, serve
+from websockets.asyncio.server import Server, ServerConnection, serve
 
 PASSWORD: Final = "supersecret"
 _SALT, _CHALLENGE = "lM1GncleQOaCu9lT1yeUZhFYnqhsLLP1G5lAGo3ixaI=", "+IxH4CnCiqpX1rM9scsNynZzbOe4"
@@ -26,12 +26,26 @@ class FakeObs:
         self.inputs: dict[str, dict[str, Any]] = {"Plinko": {}, "Sounds": {}}
         self.played: list[str] = []
         self.refused = 0
+        self._server: Server | None = None
 
     @property
     def rules(self) -> str:
         return (
             f'[obs]\naddress = "ws://127.0.0.1:{self.port}"\nstage = "Plinko"\nsounds = "Sounds"\n'
         )
+
+    async def start(self) -> None:
+        """At the same port each time."""
+        protocols: Any = ["obswebsocket.msgpack"]
+        self._server = await serve(self.talk, "127.0.0.1", self.port, subprotocols=protocols)
+        self.port = next(iter(self._server.sockets)).getsockname()[1]
+
+    async def kill(self) -> None:
+        assert self._server is not None
+        for connection in self._server.connections:
+            connection.transport.abort()
+        self._server.close()
+        await self._server.wait_closed()
 
     async def talk(self, client: ServerConnection) -> None:
         assert client.subprotocol == "obswebsocket.msgpack"
@@ -90,7 +104,8 @@ def _hash(text: str) -> str:
 @contextlib.asynccontextmanager
 async def fake_obs() -> AsyncIterator[FakeObs]:
     obs = FakeObs()
-    protocols: Any = ["obswebsocket.msgpack"]
-    async with serve(obs.talk, "127.0.0.1", 0, subprotocols=protocols) as listening:
-        obs.port = next(iter(listening.sockets)).getsockname()[1]
+    await obs.start()
+    try:
         yield obs
+    finally:
+        await obs.kill()

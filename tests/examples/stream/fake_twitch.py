@@ -5,8 +5,8 @@ flow), dev.twitch.tv/docs/eventsub/handling-websocket-events, dev.twitch.tv/docs
 """
 
 import contextlib
-import time
 import uuid
+from collections import deque
 from collections.abc import AsyncIterator
 from typing import Any, Final
 
@@ -15,8 +15,8 @@ from aiohttp import WSCloseCode, web
 CLIENT: Final = {"client_id": "client", "client_secret": "secret"}
 USER: Final = {"id": "1", "login": "show", "display_name": "Show"}
 PICTURE: Final = b"\x89PNG\r\n\x1a\n"
-UNSURE: Final = 5.0
-"""Seconds for which a message may be lost with its connection, so that Twitch sends it again."""
+UNSURE: Final = 200
+"""Messages of a connection that may be lost with it, so that Twitch sends them again."""
 
 _SCOPES: Final = (
     "user:read:chat user:write:chat bits:read channel:read:subscriptions channel:read:redemptions"
@@ -37,7 +37,7 @@ class FakeTwitch:
         self._sessions: dict[str, web.WebSocketResponse] = {}
         self._moving: set[str] = set()  # sessions to which the subscriptions move
         self._waiting: list[dict[str, Any]] = []
-        self._sent: list[tuple[float, dict[str, Any]]] = []
+        self._sent: deque[dict[str, Any]] = deque(maxlen=UNSURE)
         self._runner: web.AppRunner | None = None
 
     @property
@@ -115,12 +115,11 @@ class FakeTwitch:
             except ConnectionError:
                 return
             self._waiting.remove(message)
-            self._sent.append((time.monotonic(), message))
+            self._sent.append(message)
 
     def _lost(self) -> None:
         """Keep for the next connection what may not have arrived at this one."""
-        last = time.monotonic() - UNSURE
-        self._waiting[:0] = [message for at, message in self._sent if at > last]
+        self._waiting[:0] = self._sent
         self._sent.clear()
         self._socket = None
         self.subscribed.clear()
