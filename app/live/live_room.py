@@ -30,7 +30,6 @@ from plinko.app.rooms.room import Room
 from plinko.engine.errors import PlinkoError
 from plinko.engine.exact.outcome import FALSE_PATH, REASONS
 
-
 _LAST: Final = 256  # landings that a wait may have missed
 
 

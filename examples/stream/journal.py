@@ -106,28 +106,23 @@ class Journal:
                 "INSERT OR IGNORE INTO events VALUES (?, ?, ?, ?, ?, ?, ?, ?, unixepoch(), NULL)",
                 (*row, event.source),
             )
-            if added.rowcount and self.may(event, rule):
-                self.add(event.id, event.id, self.worth(event, rule))
+            if added.rowcount and (balls := self.worth(event, rule)) is not None:
+                self.add(event.id, event.id, balls)
                 self.apply(rule, event.id, event.id, name=event.name)
         return len(self.rows("SELECT 1 FROM balls WHERE event = ?", event.id))
 
-    def may(self, event: Event, rule: Input) -> bool:
-        """Whether the viewer has not done the same too short a time ago."""
-        found = self.rows(
-            "SELECT time FROM viewers WHERE user = ? AND kind = ?", event.user, event.kind
-        )
-        return not found or time.time() - found[0]["time"] >= rule.every
-
-    def worth(self, event: Event, rule: Input) -> int:
-        """The balls for an event; what `per` leaves is kept for the viewer."""
-        viewer = (event.user, event.kind)
-        found = self.rows("SELECT rest FROM viewers WHERE user = ? AND kind = ?", *viewer)
-        times, rest = max(1, int(event.amount)), Decimal(found[0]["rest"] if found else 0)
+    def worth(self, event: Event, rule: Input) -> int | None:
+        """The balls for an event; None if the viewer has to wait. What `per` leaves is kept."""
+        viewer, now = (event.user, event.kind), time.time()
+        known = self.rows("SELECT rest, time FROM viewers WHERE user = ? AND kind = ?", *viewer)
+        rest, last = known[0] if known else ("0", 0.0)
+        if now - last < rule.every:
+            return None
+        times, left = max(1, int(event.amount)), Decimal(0)
         if rule.per is not None:
-            whole, rest = divmod(rest + Decimal(str(event.amount)), Decimal(str(rule.per)))
+            whole, left = divmod(Decimal(rest) + Decimal(str(event.amount)), Decimal(str(rule.per)))
             times = int(whole)
-        row = (*viewer, str(rest), time.time())
-        self.db.execute("REPLACE INTO viewers VALUES (?, ?, ?, ?)", row)
+        self.db.execute("REPLACE INTO viewers VALUES (?, ?, ?, ?)", (*viewer, str(left), now))
         return min(rule.balls * times, MOST)
 
     def add(self, event: str, key: str, balls: int) -> None:

@@ -17,5 +17,6 @@ def put(connection: Connection, rows: list[ShowRow]) -> None:
     """Write shows, and replace the former ones of their rooms."""
     adding = tables.adding(connection, tables.shows)
     new = {name: adding.excluded[name] for name in ("data", "updated")}
+    adding = adding.on_conflict_do_update(index_elements=["room"], set_=new)
     for row in rows:
-        connection.execute(adding.on_conflict_do_update(["room"], set_=new), asdict(row))
+        connection.execute(adding, asdict(row))

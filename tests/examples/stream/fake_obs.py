@@ -52,7 +52,7 @@ class FakeObs:
         asked = {"challenge": _CHALLENGE, "salt": _SALT}
         hello = {"obsWebSocketVersion": "5.5.2", "rpcVersion": 1, "authentication": asked}
         await client.send(msgspec.msgpack.encode({"op": 0, "d": hello}))
-        identify = msgspec.msgpack.decode(await client.recv())
+        identify = msgspec.msgpack.decode(await client.recv(decode=False))
         assert (identify["op"], identify["d"]["rpcVersion"]) == (1, 1)
         if identify["d"].get("authentication") != _hash(_hash(PASSWORD + _SALT) + _CHALLENGE):
             self.refused += 1
@@ -60,11 +60,12 @@ class FakeObs:
             return
         await client.send(msgspec.msgpack.encode({"op": 2, "d": {"negotiatedRpcVersion": 1}}))
         async for frame in client:
+            assert isinstance(frame, bytes)
             request = msgspec.msgpack.decode(frame)
             assert request["op"] == 6
             kind, data = request["d"]["requestType"], request["d"].get("requestData") or {}
             found = self.answer(kind, data)
-            status = {"result": True, "code": 100}
+            status: dict[str, Any] = {"result": True, "code": 100}
             if found is None:
                 status = {"result": False, "code": 600, "comment": "No source was found."}
             reply = {"requestType": kind, "requestId": request["d"]["requestId"],
