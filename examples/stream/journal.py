@@ -79,7 +79,8 @@ class Journal:
     @property
     def stage(self) -> str:
         """The address of the room's stage."""
-        return f"{self.rules.game.server}/stage.html?room={self.get('room')}"
+        options = self.rules.looks.options
+        return f"{self.rules.game.server}/stage.html?room={self.get('room')}&{options}".rstrip("&")
 
     @property
     def show(self) -> dict[str, Any]:

@@ -94,6 +94,7 @@ class Looks(Part):
     accent: str | None = None
     font: str | None = None
     logo: str | None = None  # a file
+    options: str = ""  # of the stage's address
     faces: bool = True  # avatars and emoji as balls
 
 

@@ -1,3 +1,5 @@
+// The show on the stage: how its timer reads.
+
 import assert from "node:assert/strict";
 import test from "node:test";
 
