@@ -31,6 +31,7 @@ from rules import Rules, read_rules
 from twitch import FAULTS, Twitch
 
 LONGEST = 30.0  # s until a request is repeated
+SOON = 2.0  # s for an avatar
 TURN = 0.2  # s between two looks at the journal
 PATIENCE = 300  # turns that another program waits for its balls
 FACE = 1 << 12  # bytes: 25 of them fit into a show
@@ -180,15 +181,16 @@ class Kit(Journal):
             return
         face = said[1] if said else event["face"]
         try:
-            if not face and self.avatar:
-                face = await self.avatar(event["user"])
-            if "://" in face:
-                async with self.http.get(face) as reply:
-                    reply.raise_for_status()
-                    data = await reply.content.read(FACE + 1)
-                face = picture(reply.url.path, data) if len(data) <= FACE else ""
+            async with asyncio.timeout(SOON):  # the ball does not wait any longer
+                if not face and self.avatar:
+                    face = await self.avatar(event["user"])
+                if "://" in face:
+                    async with self.http.get(face) as reply:
+                        reply.raise_for_status()
+                        data = await reply.content.read(FACE + 1)
+                    face = picture(reply.url.path, data) if len(data) <= FACE else ""
         except FAULTS as error:
-            log.warning("no avatar of %s: %s", event["name"], error)
+            log.info("no avatar of %s: %s", event["name"], error)
             return
         with self.db:
             self.db.execute("REPLACE INTO faces VALUES (?, ?)", (event["user"], face))

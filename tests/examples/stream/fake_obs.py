@@ -3,6 +3,7 @@
 After the public description: github.com/obsproject/obs-websocket, docs/generated/protocol.md.
 """
 
+import asyncio
 import base64
 import contextlib
 import hashlib
@@ -45,7 +46,8 @@ class FakeObs:
         for connection in self._server.connections:
             connection.transport.abort()
         self._server.close()
-        await self._server.wait_closed()
+        with contextlib.suppress(TimeoutError):  # handlers that do not notice it
+            await asyncio.wait_for(self._server.wait_closed(), 0.5)
 
     async def talk(self, client: ServerConnection) -> None:
         assert client.subprotocol == "obswebsocket.msgpack"

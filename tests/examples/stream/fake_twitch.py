@@ -4,6 +4,7 @@ After the public descriptions: dev.twitch.tv/docs/authentication/getting-tokens-
 flow), dev.twitch.tv/docs/eventsub/handling-websocket-events, dev.twitch.tv/docs/api/reference.
 """
 
+import asyncio
 import contextlib
 import uuid
 from collections import deque
@@ -67,11 +68,13 @@ class FakeTwitch:
     async def kill(self) -> None:
         """Cut all connections, without a word."""
         assert self._runner is not None
-        for socket in self._sessions.values():
-            if socket._req is not None and socket._req.transport is not None:
-                socket._req.transport.abort()
+        assert self._runner.server is not None
+        for connection in self._runner.server.connections:
+            if connection.transport is not None:
+                connection.transport.abort()
         self._lost()
-        await self._runner.cleanup()
+        with contextlib.suppress(TimeoutError):  # handlers that do not notice it
+            await asyncio.wait_for(self._runner.cleanup(), 0.5)
 
     async def send(self, kind: str, number: str | None = None, **event: Any) -> None:
         """Send an event, now or once somebody listens to it."""
