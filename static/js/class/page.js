@@ -24,6 +24,7 @@ import { fillTable, LessonView, numbersOf, surpriseOf } from "./view.js";
 
 const BETWEEN_MS = 100; // balls of "ten a second"
 const REFRESH_MS = 250; // of the numbers
+const LINKED_MS = 500; // after a change, until the address has it
 const STEP = 5; // of a guess, by a key
 /** @type {[Key, number][]} m/s² */
 const GRAVITY = [["world.earth", 9.81], ["world.moon", 1.62], ["world.mars", 3.72], ["world.jupiter", 24.79]];
@@ -43,6 +44,7 @@ export class LessonPage {
   #nextBall = 0; // ms
   #refreshed = 0; // ms
   #landed = -1;
+  #linking = 0;
   #calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 
   /** @param {Theme} theme @param {Solver} solver */
@@ -70,8 +72,8 @@ export class LessonPage {
     }
     byId("size", HTMLInputElement).value = String(size);
     check("view", view);
-    byId("guess").setAttribute("aria-pressed", String(guess !== null));
     this.#secret = guess !== null && runs.length === 0;
+    this.#showGuess();
     this.#setBoards(runs[0]?.seed);
     if (runs.length) for (const trial of this.trials) trial.restore(runs);
   }
@@ -94,17 +96,16 @@ export class LessonPage {
   }
 
   #fillChoices() {
-    const bounce = BOUNCES.map((value) => [`restitution:${value}`, t("class.of-bounce", { value: plain(value) })]);
-    const gravity = GRAVITY.map(([key, value]) => [`gravity:${value}`, t(key)]);
-    const chance = CHANCES.map((value) => [`p:${value}`, t("class.of-p", { value: plain(value) })]);
-    byId("gravity").append(...GRAVITY.map(([key, value]) => make("option", { value: String(value) }, t(key))));
-    byId("restitution").append(...BOUNCES.map((value) => make("option", { value: String(value) }, plain(value))));
-    byId("hair").append(...HAIRS.map((value) => make("option", { value: String(value) }, lengthOf(value))));
+    const option = (/** @type {string | number} */ value, /** @type {string} */ text) =>
+      make("option", { value: String(value) }, text);
+    byId("gravity").append(...GRAVITY.map(([key, value]) => option(value, t(key))));
+    byId("restitution").append(...BOUNCES.map((value) => option(value, plain(value))));
+    byId("hair").append(...HAIRS.map((value) => option(value, lengthOf(value))));
     byId("change").append(
-      make("option", { value: "" }, t("class.no-second")),
-      ...[["class.bounce", bounce], ["word.gravity", gravity], ["class.p", chance]].map(([label, options]) =>
-        make("optgroup", { label: t(/** @type {Key} */ (label)) },
-          .../** @type {string[][]} */ (options).map(([value, text]) => make("option", { value }, text)))),
+      option("", t("class.no-second")),
+      ...BOUNCES.map((value) => option(`restitution:${value}`, t("class.of-bounce", { value: plain(value) }))),
+      ...GRAVITY.map(([key, value]) => option(`gravity:${value}`, t(key))),
+      ...CHANCES.map((value) => option(`p:${value}`, t("class.of-p", { value: plain(value) }))),
     );
   }
 
@@ -207,19 +208,25 @@ export class LessonPage {
 
   #askGuess() {
     const on = this.lesson.guess === null;
-    byId("guess").setAttribute("aria-pressed", String(on));
     this.lesson.guess = on ? new Array(this.lesson.setting.rows + 1).fill(0) : null;
     this.#secret = on;
     this.#cursor = null;
-    for (const { canvas } of this.boards) {
-      canvas.tabIndex = on ? 0 : -1;
-      canvas.role = on ? "application" : "img"; // then screen readers leave it the arrow keys
-    }
+    byId("stream").setAttribute("aria-pressed", "false");
+    this.#showGuess();
     if (on) {
       this.#each((trial, seed) => trial.clear(seed));
       this.boards[0].canvas.focus();
     }
     this.#refresh();
+  }
+
+  #showGuess() {
+    const on = this.lesson.guess !== null;
+    byId("guess").setAttribute("aria-pressed", String(on));
+    for (const { canvas } of this.boards) {
+      canvas.tabIndex = on ? 0 : -1;
+      canvas.role = on ? "application" : "img"; // then screen readers leave it the arrow keys
+    }
   }
 
   /** @param {number} i of the board @param {PointerEvent} event */
@@ -331,7 +338,9 @@ export class LessonPage {
     } else if (!trials[0].pair.length) result.textContent = t("class.landed", { n: bins.length });
     this.boards[0].canvas.setAttribute("aria-label", t("class.picture", { rows: lesson.setting.rows, n: bins.length }));
     this.boards[1].canvas.setAttribute("aria-label", t("class.picture-second"));
-    if (!trials[0].balls.length) window.history.replaceState(null, "", this.#link());
+    // Browsers refuse many changes of the address in a short time, as a slider makes them.
+    clearTimeout(this.#linking);
+    this.#linking = setTimeout(() => window.history.replaceState(null, "", this.#link()), LINKED_MS);
     this.loop.wake();
   }
 }

@@ -43,8 +43,9 @@ export class Trial {
     this.begin(seed);
   }
 
-  /** Begins a run. @param {number} [seed] */
+  /** Begins a run; balls in the air still count for the last one. @param {number} [seed] */
   begin(seed = newSeed()) {
+    for (const ball of this.balls) this.#count(ball);
     this.balls = [];
     this.#waiting = 0;
     const rights = new Array(this.setting.rows).fill(0);
@@ -54,6 +55,7 @@ export class Trial {
   /** Removes all runs, and begins the first. @param {number} [seed] */
   clear(seed) {
     this.runs = [];
+    this.balls = [];
     this.pair = [];
     this.begin(seed);
   }

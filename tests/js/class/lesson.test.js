@@ -62,6 +62,17 @@ test("a falling ball starts above the first row, follows its path and ends in it
   }
 });
 
+test("a new run loses no ball of the last one", () => {
+  const trial = new Trial(solver, EIGHT, 5);
+  trial.enter("5", null, true);
+  trial.drop(3);
+  while (trial.balls.length < 4) trial.advance(0); // in parts, as in the frames of a page
+  trial.begin(70);
+  assert.deepEqual(trial.runs.map(({ bins }) => bins.length), [4, 0]);
+  trial.clear();
+  assert.deepEqual(trial.runs.map(({ bins }) => bins.length), [0]);
+});
+
 test("two balls a nanometre apart part, and are not counted", () => {
   const trial = new Trial(solver, { ...EIGHT, rows: 30 });
   trial.calm = true;
