@@ -9,14 +9,15 @@ import { Fall } from "./fall.js";
 /** @import { Run } from "./lesson.js" */
 
 /**
- * @typedef {{fall: Fall, since: number, seed: string, other: boolean}} Ball since: ms, when it started; other: whether a
- *   pupil dropped it
+ * @typedef {{fall: Fall, since: number, seed: string, other: boolean, place: number}} Ball since: ms, when it started;
+ *   other: whether a pupil dropped it; place: in the order of dropping
  *
  * @typedef {object} Landed of a run
  * @property {number} seed of its first ball; the others count up
  * @property {number} drops by the teacher, also those still in the air
  * @property {number[]} bins in the order of landing
  * @property {string[]} seeds of these balls
+ * @property {number[]} places of these balls in the order of dropping
  * @property {number[]} rights for each row, how many balls went right there
  */
 
@@ -32,6 +33,7 @@ export class Trial {
   /** Whether balls land at once. */
   calm = false;
   #waiting = 0;
+  #started = 0;
 
   /** @param {Solver} solver @param {Setting} setting @param {number} [seed] of the first ball @param {Board} [board] */
   constructor(solver, setting, seed = newSeed(), board = boardOf(setting)) {
@@ -49,7 +51,7 @@ export class Trial {
     this.balls = [];
     this.#waiting = 0;
     const rights = new Array(this.setting.rows).fill(0);
-    this.runs.push({ seed, drops: 0, bins: [], seeds: [], rights });
+    this.runs.push({ seed, drops: 0, bins: [], seeds: [], places: [], rights });
   }
 
   /** Removes all runs, and begins the first. @param {number} [seed] */
@@ -64,13 +66,20 @@ export class Trial {
     return this.runs[this.runs.length - 1];
   }
 
-  /** @param {boolean} all runs, or the current one */
+  /**
+   * What has landed. Quick balls land first, which is no fair sample: `settled` has, in the order of dropping, only
+   * the balls from before the first one in the air.
+   * @param {boolean} all runs, or the current one
+   */
   over(all) {
     const runs = all ? this.runs : [this.run];
     const counts = new Array(this.setting.rows + 1).fill(0);
     const bins = runs.flatMap((run) => run.bins);
     for (const bin of bins) counts[bin] += 1;
-    return { bins, counts, rights: this.run.rights.map((_, row) => runs.reduce((sum, { rights }) => sum + rights[row], 0)) };
+    const until = Math.min(...this.balls.map(({ place }) => place));
+    const settled = runs.flatMap((run) => run.bins.map((bin, i) => ({ bin, place: run.places[i] })))
+      .filter(({ place }) => place < until).sort((one, two) => one.place - two.place).map(({ bin }) => bin);
+    return { bins, settled, counts, rights: this.run.rights.map((_, row) => runs.reduce((sum, { rights }) => sum + rights[row], 0)) };
   }
 
   /** Lets balls of the next seeds fall. @param {number} balls */
@@ -92,14 +101,15 @@ export class Trial {
    * @param {boolean} [landed] whether it fell before
    */
   enter(seed, x, other, landed = false) {
-    const ball = { fall: this.#fall({ seed, x }), since: performance.now(), seed, other };
+    const ball = this.#start({ seed, x }, other);
     if (landed) this.#count(ball);
     else this.balls.push(ball);
   }
 
-  /** @param {Start} start */
-  #fall(start) {
-    return new Fall(this.solver.drop(this.board, start), this.board);
+  /** @param {Start} start @param {boolean} other @returns {Ball} */
+  #start(start, other) {
+    const fall = new Fall(this.solver.drop(this.board, start), this.board);
+    return { fall, since: performance.now(), seed: String(start.seed ?? ""), other, place: (this.#started += 1) };
   }
 
   /** Lets two balls fall that start a hair apart. @param {number} hair m */
@@ -107,9 +117,7 @@ export class Trial {
     const { x, jitter } = this.board.drop;
     const start = x + jitter * (Math.random() - 0.5);
     const since = performance.now();
-    this.pair = [start, start + hair].map((at, i) => {
-      return { fall: this.#fall({ x: at }), since, seed: "", other: i > 0 };
-    });
+    this.pair = [start, start + hair].map((at, i) => ({ ...this.#start({ x: at }, i > 0), since }));
   }
 
   /** The row at which the pair parts, from 1; null if it never does. @returns {number | null} */
@@ -141,15 +149,16 @@ export class Trial {
   #next() {
     const seed = String((this.run.seed + this.run.drops) % SEEDS);
     this.run.drops += 1;
-    return { fall: this.#fall({ seed }), since: performance.now(), seed, other: false };
+    return this.#start({ seed }, false);
   }
 
   /** @param {Ball} ball */
-  #count({ fall, seed }) {
+  #count({ fall, seed, place }) {
     const { run } = this;
     if (fall.bin === null) return; // it came to rest on a peg
     run.bins.push(fall.bin);
     run.seeds.push(seed);
+    run.places.push(place);
     fall.turns.forEach((right, row) => {
       run.rights[row] += Number(right);
     });

@@ -47,7 +47,8 @@ export function numbersOf(trials, samples) {
 }
 
 /** @param {Of} trial @param {Sample} sample @returns {string} how surprising the sample is, in plain words */
-export function surpriseOf({ setting: { rows, p } }, { counts }) {
+export function surpriseOf({ setting: { rows, p } }, { settled }) {
+  const counts = countsOf(settled, 0, 1, rows + 1);
   const fit = fitTest(counts, binomialChances(rows, p));
   if (!fit) return t("class.too-few");
   const { n, mean } = summaryOf(counts);
@@ -123,12 +124,11 @@ function runsOf(trials) {
 function averagePlot(trials, samples) {
   const { rows, p } = trials[0].setting;
   const law = theoryOf(rows, p, 1);
-  const most = Math.max(10, ...samples.map(({ bins }) => bins.length));
+  const most = Math.max(10, ...samples.map(({ settled }) => settled.length));
   const places = Array.from({ length: 41 }, (_, i) => most ** (i / 40));
   /** @param {number} side */
   const funnel = (side) => places.map((n) => ({ x: n, y: law.mean + (side * 2 * law.sd) / Math.sqrt(n) }));
-  const [{ bins }] = samples;
-  const last = summaryOf(samples[0].counts);
+  const { n, mean } = summaryOf(countsOf(samples[0].settled, 0, 1, rows + 1));
   return {
     plot: {
       x: { from: 1, to: most, unit: t("class.axis-balls"), log: true },
@@ -136,11 +136,10 @@ function averagePlot(trials, samples) {
       series: [
         { points: funnel(1), base: funnel(-1), colour: "ray", alpha: 0.8 },
         { points: [{ x: 1, y: law.mean }, { x: most, y: law.mean }], colour: "trayMark", width: 2 },
-        ...samples.map(({ bins: values }, i) => ({ points: averages(values), colour: COLOURS[i], width: 3 })),
+        ...samples.map(({ settled }, i) => ({ points: averages(settled), colour: COLOURS[i], width: 3 })),
       ].filter(({ points }) => points.length),
     },
-    words: bins.length
-      ? t("class.average-words", { n: bins.length, mean: shown(last.mean), ideal: shown(law.mean) }) : t("class.too-few"),
+    words: n ? t("class.average-words", { n, mean: shown(mean), ideal: shown(law.mean) }) : t("class.too-few"),
   };
 }
 
@@ -157,8 +156,8 @@ function meansPlot(trials, samples, size) {
   const series = [];
   let most = 1;
   let words = t("class.too-few-means", { size });
-  samples.forEach(({ bins }, i) => {
-    const means = sampleMeans(bins, size);
+  samples.forEach(({ settled }, i) => {
+    const means = sampleMeans(settled, size);
     const counts = countsOf(means, from, width, classes);
     const ideal = Array.from({ length: 81 }, (_, k) => from + (k / 80) * classes * width).map((x) =>
       ({ x, y: means.length * width * normalDensity(x, { mean: law.mean, sd: law.se }) }));

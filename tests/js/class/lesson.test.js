@@ -73,6 +73,20 @@ test("a new run loses no ball of the last one", () => {
   assert.deepEqual(trial.runs.map(({ bins }) => bins.length), [0]);
 });
 
+test("the average goes by the order of dropping, and waits for a ball that falls longer than later ones", () => {
+  const trial = new Trial(solver, EIGHT, 5);
+  trial.drop(50);
+  while (trial.balls.length < 50) trial.advance(0);
+  for (const ball of trial.balls) ball.since = 0; // however long the drops took to compute
+  const [slow] = trial.balls.toSorted((one, two) => two.fall.end - one.fall.end);
+  const sooner = trial.balls.filter(({ place }) => place < slow.place).map(({ fall }) => fall.bin);
+  trial.advance(1000 * slow.fall.end - 1);
+  assert.equal(trial.over(true).bins.length, 49);
+  assert.deepEqual(trial.over(true).settled, sooner);
+  trial.advance(Infinity);
+  assert.equal(trial.over(true).settled.length, 50);
+});
+
 test("two balls a nanometre apart part, and are not counted", () => {
   const trial = new Trial(solver, { ...EIGHT, rows: 30 });
   trial.calm = true;
