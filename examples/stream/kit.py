@@ -99,21 +99,21 @@ class Kit(Journal):
                     continue
                 last, key, event = waiting[0]
                 await places.acquire()
-                falling = group.create_task(self.drop(key, event))
+                row = self.rows("SELECT * FROM events WHERE id = ?", event)[0]
+                group.create_task(self.find_face(row))
+                falling = group.create_task(self.drop(key, row))
                 falling.add_done_callback(lambda _: places.release())
                 await asyncio.sleep(self.rules.game.every)
 
-    async def drop(self, key: str, event: str) -> None:
+    async def drop(self, key: str, event: sqlite3.Row) -> None:
         """Drop a ball and wait for its landing; with the same key, a repeat is the same ball."""
-        row = self.rows("SELECT * FROM events WHERE id = ?", event)[0]
-        await self.find_face(row)
-        body = {"name": clean(row["name"]), "colour": row["colour"]}
+        body = {"name": clean(event["name"]), "colour": event["colour"]}
         body = {name: value for name, value in body.items() if value}
         while True:
             room = self.get("room")
             status, reply, wait = await self.request("POST", f"/{room}/drops?wait=1", body, key)
             if status == 200:
-                self.land(key, row, reply["landed"])
+                self.land(key, event, reply["landed"])
                 return
             if status in (401, 403, 404):
                 await self.open_room(room)
@@ -181,7 +181,7 @@ class Kit(Journal):
             return
         face = said[1] if said else event["face"]
         try:
-            async with asyncio.timeout(SOON):  # the ball does not wait any longer
+            async with asyncio.timeout(SOON):
                 if not face and self.avatar:
                     face = await self.avatar(event["user"])
                 if "://" in face:
