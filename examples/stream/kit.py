@@ -62,7 +62,10 @@ class Kit(Journal):
             async with self.http.request(method, address, json=body, headers=headers) as reply:
                 after = reply.headers.get("Retry-After", "")
                 wait = float(after) if after.isdecimal() else 1.0
-                return reply.status, await reply.json(content_type=None), min(wait, LONGEST)
+                found = await reply.json(content_type=None)
+                if not isinstance(found, dict):  # a proxy's
+                    raise ValueError(f"not from the game: {found}")
+                return reply.status, found, min(wait, LONGEST)
         except (*FAULTS, ValueError) as error:
             return 0, {"detail": str(error) or type(error).__name__}, 1.0
 
@@ -112,7 +115,7 @@ class Kit(Journal):
         while True:
             room = self.get("room")
             status, reply, wait = await self.request("POST", f"/{room}/drops?wait=1", body, key)
-            if status == 200:
+            if status == 200 and "landed" in reply:
                 self.land(key, event, reply["landed"])
                 return
             if status in (401, 403, 404):

@@ -134,11 +134,14 @@ def test_a_closed_room_goes_with_all_that_it_had(house: House) -> None:
         session: Session = visit.session(room)
         visit.drop(session)
         visit.end(session)
+        visit.http.put(f"/rooms/{room}/show", json={}, headers=owner).raise_for_status()
         visit.http.delete(f"/rooms/{room}", headers=owner).raise_for_status()
         assert visit.http.get(f"/rooms/{room}/log").status_code == 200
         assert sweep(visit, days=2.0) == 1
         assert visit.http.get(f"/rooms/{room}/log").status_code == 404
     assert drops_of(house) == []
+    shows = sa.select(sa.func.count()).select_from(tables.shows)
+    assert look(house.url, lambda connection: connection.scalar(shows)) == 0
 
 
 def test_prune_of_a_stopped_server_deletes_the_same(house: House) -> None:

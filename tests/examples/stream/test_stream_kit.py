@@ -3,6 +3,7 @@
 import asyncio
 import base64
 import importlib
+import json
 import re
 import signal
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 
 import httpx
 import pytest
+from aiohttp import web
 
 from tests.examples.stream.fake_obs import PASSWORD, FakeObs, fake_obs
 from tests.examples.stream.fake_twitch import PICTURE, FakeTwitch, fake_twitch
@@ -243,6 +245,43 @@ async def test_kit_platform_and_server_may_break(twitch: FakeTwitch, tmp_path: P
             await still(kit, {**dict.fromkeys(names, 1), "late": 1})
             assert kit.room != room
             assert dropped(game.url, kit.room) == {"late": 1}
+
+
+async def test_a_busy_game_behind_a_broken_proxy_is_asked_again_for_the_same_ball(
+    tmp_path: Path,
+) -> None:
+    landed = {"type": "landed", "bin": 1, "score": 2.0}
+    replies: list[tuple[int, str]] = [
+        (502, "<html>proxy</html>"), (200, "<html>proxy</html>"), (200, "[]"), (200, "{}"),
+        (429, '{"detail": "slowly"}'), (500, "{}"), (503, '{"detail": "full"}'), (202, "{}"),
+        (200, json.dumps({"landed": landed})),
+    ]  # fmt: skip
+    keys: list[tuple[str | None, str | None]] = []
+
+    async def drop(request: web.Request) -> web.Response:
+        keys.append((request.headers.get("Idempotency-Key"), request.headers["Idempotency-Secret"]))
+        status, text = replies.pop(0)
+        return web.Response(status=status, text=text, headers={"Retry-After": "0"})
+
+    async def other(_: web.Request) -> web.Response:
+        return web.json_response({"id": "r", "token": "t"}, status=201)
+
+    application = web.Application()
+    rooms = "/api/v1/rooms"
+    application.add_routes([
+        web.post(rooms, other), web.put(f"{rooms}/r/show", other),
+        web.post(f"{rooms}/r/drops", drop),
+    ])  # fmt: skip
+    runner = web.AppRunner(application, access_log=None)
+    await runner.setup()
+    await web.TCPSite(runner, "127.0.0.1", 0).start()
+    async with running(tmp_path, f"http://127.0.0.1:{runner.addresses[0][1]}", "[in.sub]") as kit:
+        async with httpx.AsyncClient(timeout=LIMIT) as http:
+            await http.get(kit.address, params={"kind": "sub", "name": "Ada"})
+        await still(kit, {"Ada": 1})
+    await runner.cleanup()
+    assert len(keys) == 9
+    assert len(set(keys)) == 1
 
 
 async def test_obs_shows_scenes_sources_and_the_stage(
