@@ -62,7 +62,8 @@ class Trajectory(msgspec.Struct, frozen=True, eq=False):
     """The whole motion of one ball.
 
     start and end: states, shape (7,): t, x, y, vx, vy, theta, omega. impacts, shape (n,), dtype
-    IMPACT: all events. segments: what `states_at` reads. All are read-only.
+    IMPACT: all events, whose columns are `events`, shape (n, 6), and `marks`, shape (n, 2).
+    segments: what `states_at` reads. All are read-only.
     """
 
     board: BoardFields
