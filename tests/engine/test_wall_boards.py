@@ -1,6 +1,5 @@
 """On boards whose walls come in pieces, every drop keeps to the surface and gains no energy."""
 
-
 import pytest
 from msgspec.structs import replace
 
