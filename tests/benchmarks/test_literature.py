@@ -35,27 +35,6 @@ def test_a_two_disc_orbit_has_the_multiplier_of_the_textbook(spacing: float) -> 
     assert textbook.orbit_multiplier(0.1 * spacing, 0.1).apart < 1e-12
 
 
-@pytest.mark.parametrize("speed", [1e-3, 0.1, 1.5])
-def test_a_ball_without_friction_leaves_a_peg_at_two_thirds(speed: float) -> None:
-    assert textbook.slider_leaves(speed).apart < 1e-14
-
-
-def test_a_ball_with_much_friction_leaves_a_peg_as_if_rolling() -> None:
-    """The difference to 4/7 falls like one over the friction, and extrapolates to zero."""
-    off = {mu: textbook.roller_leaves(mu, 1e-3).apart for mu in (0.0, 1.0, 5.0, 10.0)}
-    assert off[0.0] == pytest.approx(2.0 / 3.0 - 4.0 / 7.0, abs=1e-6)
-    assert off[1.0] > off[5.0] > off[10.0] > 0.0
-    assert (10.0 * off[10.0] - 5.0 * off[5.0]) / 5.0 == pytest.approx(0.0, abs=3e-5)
-
-
-def test_falls_bounces_and_a_cradle_are_right_to_rounding() -> None:
-    for drag, time in ((1e-3, 1.0), (0.3, 2.0), (5.0, 0.01), (2.0, 30.0)):
-        assert textbook.falls_with_drag(drag, time).apart < 1e-15
-    for restitution in (0.1, 0.5, 0.8, 0.95):
-        assert textbook.bounces_end(restitution, 1.0).apart < 1e-14
-    assert textbook.cradle(7, 3.0).apart < 1e-12
-
-
 def test_double_precision_loses_eleven_of_the_photon_s_digits() -> None:
     found = siam.in_double_precision()
     assert found.reflections == 14

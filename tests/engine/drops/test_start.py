@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plinko.engine import Board, ParameterError, World, drop, drop_many, verify
+from plinko.engine import Board, ParameterError, drop, drop_many, verify
 from plinko.engine.seeding import start_x
 
 BOARD = Board.preset("triangle-16")
@@ -21,16 +21,6 @@ def test_an_aim_moves_the_middle_and_the_seed_draws_the_offset() -> None:
         assert aimed.digest == drop(BOARD, x=aimed.x_start).digest
         assert drop(BOARD, seed, aim=ZONE.x) == drop(BOARD, seed)
     assert len({drop(BOARD, seed, aim=AIM).digest for seed in range(20)}) == 20
-
-
-def test_drop_many_drop_and_world_turn_an_aim_into_one_start() -> None:
-    many = drop_many(BOARD, range(5), aim=AIM)
-    world = World(BOARD)
-    for seed in range(5):
-        assert many[seed].to_dict() == drop(BOARD, seed, aim=AIM).to_dict()
-        world.add(seed, aim=AIM)
-    assert [ball.x for ball in world.balls] == many.x_start.tolist()
-    assert many[1:3].aim == AIM
 
 
 def test_a_record_names_its_aim_and_another_aim_does_not_verify() -> None:

@@ -46,19 +46,6 @@ def test_a_ball_bounces_to_restitution_squared_of_its_height(
         assert height == pytest.approx(fall * restitution ** (2 * bounce), rel=1e-12)
 
 
-def test_the_bounces_of_a_ball_end_after_a_finite_time() -> None:
-    """t = sqrt(2 h / g) (1 + e) / (1 - e): the sum of the geometric series of flights."""
-    for restitution in (0.2, 0.5, 0.8):
-        played = drop(scene(walls=(FLOOR,), restitution=restitution), x=0.0)
-        (begin,) = of_kind(played, KIND_CONTACT_BEGIN)
-        fall_time = math.sqrt(2.0 * (2.0 - RADIUS) / G)
-        wanted = fall_time * (1.0 + restitution) / (1.0 - restitution)
-        assert begin["t"] == pytest.approx(
-            wanted, abs=1e-7
-        )  # the engine cuts off the last tiny flights
-        assert played.bin is None  # it stays on the floor
-
-
 def test_a_ball_that_falls_straight_hits_when_galileo_says() -> None:
     played = drop(scene(walls=(FLOOR,)), x=0.0)
     assert played.impacts[0]["t"] == pytest.approx(math.sqrt(2.0 * 1.9 / G), rel=1e-15)
