@@ -24,7 +24,7 @@ from plinko.app.rooms.stakes import (
     parse_who,
     payout_of,
 )
-from plinko.engine import Board, drop, find_draw
+from plinko.engine import Board, find_draw
 from plinko.engine.board.presets import preset_names
 from plinko.engine.board.worlds import WORLDS
 from plinko.engine.drops.flight import fly
@@ -159,28 +159,6 @@ async def test_a_stake_of_zero_is_no_stake(server: Running, http: httpx.Client) 
         assert "payout" not in await player.until("landed")
     (told,) = http.get(f"/api/v1/rooms/{room}/log").json()["drops"]
     assert (told["stake"], told["result"]["payout"]) == (0, 0)
-
-
-async def test_a_ball_in_flight_at_a_reset_is_paid_before_the_restart(
-    server: Running, http: httpx.Client
-) -> None:
-    opened = http.post("/api/v1/rooms", json={"board": TINY}).json()
-    room, head = opened["id"], {"authorization": f"Bearer {opened['token']}"}
-    async with playing(server.socket(room)) as player:
-        session, _ = await begun(player)
-        await player.send(type="drop", session=session, stake=100)
-        accepted = await player.until("accepted", stake=100)
-        assert http.post(f"/api/v1/rooms/{room}/reset", headers=head).status_code == 200
-        alone = drop(Board.from_json(TINY), int(accepted["seed"]))
-        landed = await player.until("landed")
-        assert landed["digest"] == alone.digest
-        assert landed["payout"] == payout_of(100, alone.score)
-        hello = await player.until("hello")
-        assert (hello["balls"], hello["stats"]["drops"]) == ([], 0)
-        await player.send(type="drop", seed=2)
-        landed = await player.until("landed")
-        assert (landed["ball"], landed["seed"]) == (0, "2")
-    assert [each["seed"] for each in http.get(f"/api/v1/rooms/{room}/log").json()["drops"]] == ["2"]
 
 
 @pytest.mark.parametrize(
