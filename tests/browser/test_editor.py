@@ -452,7 +452,7 @@ def test_payouts_from_too_few_drops_are_solved_with_a_warning(opened: Open) -> N
     bench.page.get_by_role("button", name="Solve payouts").click()
     result = bench.page.locator("#result")
     expect(result).to_contain_text("Payouts solved from")
-    expect(result).to_contain_text("Too few balls hit these bins to be sure of their multipliers: 0, ")
+    expect(result).to_contain_text("to be sure of their multipliers: 0, ")
 
 
 def test_any_preset_is_a_start(bench: Bench) -> None:
