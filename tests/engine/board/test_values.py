@@ -40,7 +40,8 @@ def test_every_number_must_be_finite(path: Path_) -> None:
 
 @pytest.mark.parametrize("path", NUMBERS, ids=dotted)
 def test_every_number_must_be_a_number_and_true_is_not(path: Path_) -> None:
-    for value in (True, False, "1.0", None, [1.0], {}, 1j):
+    wrong: list[object] = [True, False, "1.0", None, [1.0], {}, 1j]
+    for value in wrong:
         error = refusal(changed(EXAMPLE, path, value))
         assert error.field == dotted(path)
         assert str(error) == f"{dotted(path)} is {value!r}: it must be a number"

@@ -56,7 +56,7 @@ def client(**settings: Any) -> httpx.AsyncClient:
     return httpx.AsyncClient(transport=peer, base_url="http://localhost", headers=plain)
 
 
-async def get(path: str, method: str = "GET", **headers: str | bytes) -> httpx.Response:
+async def get(path: str, method: str = "GET", **headers: Any) -> httpx.Response:
     async with client() as http:
         return await http.request(method, path, headers=headers)
 
