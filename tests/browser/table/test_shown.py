@@ -131,7 +131,9 @@ def test_over_a_bin_are_its_chance_and_its_payout_for_the_stake(opened: Open) ->
     expect(tip).to_be_hidden()
     keyboard = screen.page.keyboard
     keyboard.press("t")
-    screen.page.get_by_text("What each bin pays").focus()
+    summary = screen.page.get_by_text("What each bin pays")
+    expect(summary).to_be_visible()  # a hidden one would take no focus
+    summary.focus()
     keyboard.press("Enter")
     listed = screen.page.get_by_role("listitem").filter(has_text=" pays ")
     expect(listed).to_have_count(9)
