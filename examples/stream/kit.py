@@ -34,6 +34,7 @@ LONGEST = 30.0  # s until a request is repeated
 SOON = 2.0  # s for an avatar
 TURN = 0.2  # s between two looks at the journal
 PATIENCE = 300  # turns that another program waits for its balls
+GONE = (401, 403, 404)  # statuses of a room that is not ours any more
 FACE = 1 << 12  # bytes: 25 of them fit into a show
 
 log = logging.getLogger("kit")
@@ -118,7 +119,7 @@ class Kit(Journal):
             if status == 200 and "landed" in reply:
                 self.land(key, event, reply["landed"])
                 return
-            if status in (401, 403, 404):
+            if status in GONE:
                 await self.open_room(room)
             elif status == 422 and body:  # a name that the game does not show
                 body = {}
@@ -136,6 +137,8 @@ class Kit(Journal):
                 status, reply, _ = await self.request("PUT", f"/{room}/show", show)
                 if status == 200:
                     self.sent = known
+                elif status in GONE:
+                    await self.open_room(room)
                 else:
                     log.warning("the stage shows nothing new: %s", reply.get("detail"))
             self.write_texts()
@@ -249,9 +252,7 @@ async def main(file: Path) -> None:
     async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=60)) as http:
         kit = Kit(rules, http)
         await kit.listen()
-        if kit.get("room") is None:
-            await kit.open_room(None)
-        else:
+        if kit.get("room"):
             print(f"The stage is at {kit.stage}", flush=True)
         async with asyncio.TaskGroup() as group:
             group.create_task(kit.drop_all())

@@ -27,6 +27,8 @@ POINTS = "channel.channel_points_custom_reward_redemption.add"
 TYPES = ("channel.chat.message", "channel.cheer", "channel.subscribe",
          "channel.subscription.message", "channel.subscription.gift", POINTS)  # fmt: skip
 FAULTS = (aiohttp.ClientError, TwitchAPIException, TimeoutError, OSError, LookupError)
+PATIENCE = 15.0  # s for a request: the library waits for five minutes
+TIMEOUT = aiohttp.ClientTimeout(total=PATIENCE)
 PAUSE = 2.0  # s between two lines in the chat, and between two attempts
 LINE = 450  # characters of a line
 
@@ -38,7 +40,7 @@ class Twitch:
         self.journal, self.settings, self.http = journal, settings, http
         secret = settings.client_secret or os.environ.get("TWITCH_SECRET", "")
         self.api = Api(settings.client_id, secret, False, base_url=settings.api,
-                       auth_base_url=settings.auth)  # fmt: skip
+                       auth_base_url=settings.auth, session_timeout=TIMEOUT)  # fmt: skip
         self.api.user_auth_refresh_callback = self._keep
         self.user = ""
 
@@ -62,7 +64,8 @@ class Twitch:
         tokens = self.journal.get("twitch")
         try:
             if tokens:
-                await self.api.set_user_authentication(tokens[0], SCOPES, tokens[1])
+                async with asyncio.timeout(PATIENCE):
+                    await self.api.set_user_authentication(tokens[0], SCOPES, tokens[1])
         except TwitchAPIException as error:
             log.warning("Twitch: sign in again: %s", error)
             tokens = None
@@ -109,7 +112,8 @@ class Twitch:
             await following
 
     async def _subscribe(self, session: str) -> None:
-        token = await self.api.get_refreshed_user_auth_token()
+        async with asyncio.timeout(PATIENCE):
+            token = await self.api.get_refreshed_user_auth_token()
         headers = {"Client-Id": self.settings.client_id, "Authorization": f"Bearer {token}"}
         for kind in TYPES:
             condition = {"broadcaster_user_id": self.user}

@@ -4,7 +4,6 @@ After the public descriptions: dev.twitch.tv/docs/authentication/getting-tokens-
 flow), dev.twitch.tv/docs/eventsub/handling-websocket-events, dev.twitch.tv/docs/api/reference.
 """
 
-import asyncio
 import contextlib
 import uuid
 from collections import deque
@@ -40,6 +39,7 @@ class FakeTwitch:
         self._waiting: list[dict[str, Any]] = []
         self._sent: deque[dict[str, Any]] = deque(maxlen=UNSURE)
         self._runner: web.AppRunner | None = None
+        self._site: web.TCPSite | None = None
 
     @property
     def rules(self) -> str:
@@ -62,19 +62,21 @@ class FakeTwitch:
         ])  # fmt: skip
         self._runner = web.AppRunner(application, access_log=None, shutdown_timeout=0.0)
         await self._runner.setup()
-        await web.TCPSite(self._runner, "127.0.0.1", self.port).start()
+        self._site = web.TCPSite(self._runner, "127.0.0.1", self.port)
+        await self._site.start()
         self.port = self._runner.addresses[0][1]
 
     async def kill(self) -> None:
         """Cut all connections, without a word."""
+        assert self._site is not None
         assert self._runner is not None
         assert self._runner.server is not None
+        await self._site.stop()
         for connection in self._runner.server.connections:
             if connection.transport is not None:
                 connection.transport.abort()
         self._lost()
-        with contextlib.suppress(TimeoutError):  # handlers that do not notice it
-            await asyncio.wait_for(self._runner.cleanup(), 0.5)
+        await self._runner.cleanup()
 
     async def send(self, kind: str, number: str | None = None, **event: Any) -> None:
         """Send an event, now or once somebody listens to it."""

@@ -45,15 +45,15 @@ class Kit:
         await self.prints("The stage is at")
 
     async def prints(self, text: str) -> str:
-        """The next line with this text."""
+        """The line with this text, once it is there."""
         assert self._process is not None
         assert self._process.stdout is not None
         async with asyncio.timeout(LIMIT):
-            while not self.lines or text not in self.lines[-1]:
+            while not any(text in line for line in self.lines):
                 line = (await self._process.stdout.readline()).decode()
                 assert line, (self.folder / "log").read_text()
                 self.lines.append(line.strip())
-        return self.lines[-1]
+        return next(line for line in self.lines if text in line)
 
     async def end(self, how: signal.Signals = signal.SIGKILL) -> None:
         assert self._process is not None

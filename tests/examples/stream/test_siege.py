@@ -17,6 +17,9 @@ from tests.examples.stream.kit import Kit, running
 from tests.kit.process import ServerProcess
 from tests.kit.waiting import LIMIT
 
+# The fakes cut connections off, as a killed program does, and close nothing.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
 EVENTS = 10_000
 WAITING = 400  # balls that have not landed: kills go on until the last events
 AHEAD = 100  # events on their way to the kit; fewer than Twitch sends again
