@@ -133,7 +133,9 @@ class Kit(Journal):
             room, show = self.get("room"), self.figures()
             # A running timer counts on at the stage: only its end can change.
             known = {**show, "timer": (self.show["end"], self.show["paused"]), "room": room}
-            if known != self.sent:
+            if room is None:
+                await self.open_room(None)
+            elif known != self.sent:
                 status, reply, _ = await self.request("PUT", f"/{room}/show", show)
                 if status == 200:
                     self.sent = known
