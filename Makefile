@@ -14,9 +14,8 @@ PYTHON ?= python3
 VENV ?= .venv
 HOST ?= 127.0.0.1
 PORT ?= 8000
-# May exceed the number of cores: many tests wait for falling balls, and those of servers even more.
+# May exceed the number of cores: many tests wait for falling balls.
 PYTEST_WORKERS ?= 4
-SERVER_WORKERS ?= 6
 PYTEST_ARGS ?=
 BENCH_ARGS ?= --record
 KILLS ?= 50
@@ -92,7 +91,7 @@ test-servers: $(VENV)/.stamp-test
 	tools/postgresql
 	tools/proxies
 	tools/redis
-	$(BIN)/python -m pytest -n $(SERVER_WORKERS) --dist worksteal $(SERVERS) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal $(SERVERS) $(PYTEST_ARGS)
 
 # On SQLite and on PostgreSQL, a server under load is killed KILLS times, and gets FAULTS stalls, frozen
 # backends, broken connections and full disks, of each kind. Every step of a commit fails once.

@@ -84,11 +84,15 @@ def _run(server: uvicorn.Server, listener: socket.socket) -> None:
 
 
 @contextlib.contextmanager
-def serving(**settings: Any) -> Iterator[Running]:
-    """Run a server with these settings until the block ends."""
+def serving(*, patience: float = LIMIT, **settings: Any) -> Iterator[Running]:
+    """Run a server with these settings until the block ends.
+
+    patience: of its ledger, in s; a busy disk takes seconds for a commit.
+    """
     chosen = Settings(**{"port": 0, "database_url": "sqlite://", **settings})
     share_what_starts_read()
     app = create_app(chosen)
+    app.state.services.ledger.patience = patience
     server = server_over(app, chosen)
     with in_thread(server, listen(chosen), lambda: server.listening.wait(0.1)) as url:
         # It prints its address last: a test that reads what is printed must not find that.

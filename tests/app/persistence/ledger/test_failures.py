@@ -15,6 +15,7 @@ import psycopg
 import pytest
 import sqlalchemy as sa
 
+from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE
 from plinko.app.rooms.log import verify_log
 from tests.app.conftest import TINY
 from tests.kit.player import playing
@@ -160,7 +161,7 @@ async def test_a_database_that_does_not_answer(url: str, tmp_path: Path) -> None
                 connection.execute("LOCK TABLE drops, rooms, probes IN ACCESS EXCLUSIVE MODE")
                 yield
 
-    with serving(database_url=url, drop_rate=1000.0) as server:
+    with serving(database_url=url, patience=COMMIT_PATIENCE, drop_rate=1000.0) as server:
         server.services.ledger.patience = 0.3  # not before: the start may take longer
         await suffers_and_heals(server, locked, "has not answered for 0.3 seconds")
 
@@ -169,7 +170,7 @@ def test_a_late_commit_is_undecided_until_then_and_true_after(
     url: str,
 ) -> None:
     with (
-        serving(database_url=url) as server,
+        serving(database_url=url, patience=COMMIT_PATIENCE) as server,
         server.client("/api/v1") as http,
     ):
         ledger = server.services.ledger
