@@ -18,6 +18,7 @@ import pytest
 from sqlalchemy import select
 
 from plinko.app.fairness.signing import is_signed
+from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE
 from plinko.app.persistence.statements import store, tables
 from tests.app.conftest import TINY
 from tests.app.persistence.crash.life import look
@@ -216,7 +217,7 @@ def test_a_commit_without_an_answer_is_not_lost_or_undone(
             address, proxy = stack.enter_context(proxied(url, tmp_path))
         elif not cut:
             pytest.skip("SQLite has no line that could be silent")
-        rates = {"drop_rate": 1e6, "max_rooms": 10**6}
+        rates = {"patience": COMMIT_PATIENCE, "drop_rate": 1e6, "max_rooms": 10**6}
         server = stack.enter_context(serving(database_url=address, **rates))
         ledger = server.services.ledger
         ledger.patience = _PATIENT if cut else _IMPATIENT
