@@ -84,7 +84,7 @@ def _run(server: uvicorn.Server, listener: socket.socket) -> None:
 
 
 @contextlib.contextmanager
-def serving(*, patience: float = LIMIT, **settings: Any) -> Iterator[Running]:
+def serving(*, patience: Any = LIMIT, **settings: Any) -> Iterator[Running]:
     """Run a server with these settings until the block ends.
 
     patience: of its ledger, in s; a busy disk takes seconds for a commit.
