@@ -35,7 +35,12 @@ def test_pages_open_and_compute_with_the_network_cut(opened: Open, complaints: C
     expect(page.locator("html")).to_have_attribute("data-state", "replay")
     page.locator("#curious summary").click()
     page.get_by_role("button", name="Prüfen").click()
-    expect(page.locator("#verdict")).to_contain_text("Auf dieser Seite nachgerechnet")
+    verdict = page.locator("#verdict")
+    expect(verdict).to_contain_text("Auf dieser Seite nachgerechnet")
+    expect(verdict).to_contain_text(drop("triangle-16", 42).digest)
+    expect(verdict).to_contain_text("Der Server antwortet nicht")
+    rows = page.locator("#impacts tr")
+    expect(page.locator("#impacts tr[data-verified]")).to_have_count(rows.count())
 
     checked = page.locator("#check-note")
     record = drop(Board.preset("triangle-8"), 7).to_dict()

@@ -206,25 +206,6 @@ def test_the_server_reproduces_the_digest(replay: Screen) -> None:
     expect(verdict).to_contain_text(replay.api("drops/triangle-8/42")["digest"])
 
 
-def test_a_page_loaded_once_verifies_a_drop_with_the_network_cut(
-    opened: Open, complaints: Complaints
-) -> None:
-    complaints.allow("ERR_INTERNET_DISCONNECTED")
-    screen = opened(LINK).paused().curious()
-    digest = screen.api("drops/triangle-8/42")["digest"]
-    expect(screen.page.locator("#other-board option")).not_to_have_count(1)  # the list has come
-    screen.page.context.set_offline(True)  # the context belongs to all tests
-    try:
-        screen.page.get_by_role("button", name="Verify").click()
-        expect(screen.page.locator("#verdict")).to_contain_text("Reproduced in this page")
-        expect(screen.page.locator("#verdict")).to_contain_text(digest)
-        expect(screen.page.locator("#verdict")).to_contain_text("The server does not answer")
-        rows = screen.page.locator("#impacts tr")
-        expect(screen.page.locator("#impacts tr[data-verified]")).to_have_count(rows.count())
-    finally:
-        screen.page.context.set_offline(False)
-
-
 def test_a_record_that_was_tampered_with_is_not_reproduced(opened: Open) -> None:
     def tamper(route: Route) -> None:
         response = route.fetch()
