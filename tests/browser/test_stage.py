@@ -174,23 +174,26 @@ def test_before_anybody_plays_the_board_has_the_frame_and_demo_balls_fall(
     expect(stage.page.locator("#demo-mark")).to_be_hidden()
 
 
+def own_room(server: ServerProcess, name: str) -> tuple[str, dict[str, str]]:
+    """Open a room with a board of this name; returns its id and the headers of its owner."""
+    board = Board.preset("triangle-8").replace(name=name).to_dict()
+    rooms = f"{server.url}/api/v1/rooms"
+    room = httpx.post(rooms, json={"board": board}, timeout=LIMIT).raise_for_status().json()
+    return room["id"], {"authorization": f"Bearer {room['token']}"}
+
+
 def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
     opened: Open, server: ServerProcess
 ) -> None:
     # No quick table: a busy machine must not miss all frames in which the ball falls.
-    board = Board.preset("triangle-8").replace(name="named").to_dict()
-    rooms = f"{server.url}/api/v1/rooms"
-    room = httpx.post(rooms, json={"board": board}, timeout=LIMIT).raise_for_status().json()
-    address = f"/stage.html?room={room['id']}"
+    room, own = own_room(server, "named")
+    address = f"/stage.html?room={room}"
     stage = there(opened(address, before=_WRITTEN))
     silent = there(opened(f"{address}&names=off", before=_WRITTEN))
-    player = opened(f"/?room={room['id']}", before=_WRITTEN).ready()
-    reply = httpx.post(
-        f"{rooms}/{room['id']}/drops",
-        json={"name": NAME, "colour": "#e91e63"},
-        headers={"authorization": f"Bearer {room['token']}"},
-        timeout=LIMIT,
-    )
+    player = opened(f"/?room={room}", before=_WRITTEN).ready()
+    drop = {"name": NAME, "colour": "#e91e63"}
+    drops = f"{server.url}/api/v1/rooms/{room}/drops"
+    reply = httpx.post(drops, json=drop, headers=own, timeout=LIMIT)
     assert reply.status_code == 202, reply.text
     for screen, lists in ((stage, ("winners", "leaders")), (silent, ("winners", "leaders"))):
         for name in lists:
@@ -206,11 +209,8 @@ def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
 def test_a_show_has_its_timer_goals_jackpot_faces_and_looks(
     opened: Open, server: ServerProcess
 ) -> None:
-    board = Board.preset("triangle-8").replace(name="shown").to_dict()
-    rooms = f"{server.url}/api/v1/rooms"
-    room = httpx.post(rooms, json={"board": board}, timeout=LIMIT).raise_for_status().json()
-    own = {"authorization": f"Bearer {room['token']}"}
-    stage = there(opened(f"/stage.html?room={room['id']}&join=on", before=_WRITTEN))
+    room, own = own_room(server, "shown")
+    stage = there(opened(f"/stage.html?room={room}&join=on", before=_WRITTEN))
     figures = stage.page.locator("#figures")
     expect(figures).to_be_hidden()
     show = {
@@ -220,7 +220,7 @@ def test_a_show_has_its_timer_goals_jackpot_faces_and_looks(
         "looks": {"panel": "#102030", "ink": "#ffffff", "accent": "#a78bfa"},
         "faces": {NAME: "\U0001f9c0"},
     }
-    path = f"{rooms}/{room['id']}"
+    path = f"{server.url}/api/v1/rooms/{room}"
     httpx.put(f"{path}/show", json=show, headers=own, timeout=LIMIT).raise_for_status()
     expect(figures).to_be_visible()
     expect(stage.page.locator("#timer")).to_have_text("Ends in 2:03:04")

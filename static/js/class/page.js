@@ -9,10 +9,10 @@ import { byId, check, make, onChoice, onClick, parentOf, radioValue } from "../u
 import { saveFile } from "../util/file.js";
 import { fixed, metric, percent, plain } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
-import { BoardView } from "./board-view.js";
 import { csvOf } from "./csv.js";
 import { changed, readLesson, VIEWS, writeLesson } from "./lesson.js";
 import { overlap } from "./statistics.js";
+import { TrialView } from "./trial-view.js";
 import { Trial } from "./trial.js";
 import { fillTable, LessonView, numbersOf, surpriseOf } from "./view.js";
 
@@ -53,7 +53,7 @@ export class LessonPage {
     this.lesson = readLesson(window.location.hash);
     this.loop = new FrameLoop((now) => this.#draw(now));
     const wake = () => this.loop.wake();
-    this.boards = [0, 1].map((i) => new BoardView(`trial-${i}`, theme, wake));
+    this.boards = [0, 1].map((i) => new TrialView(`trial-${i}`, theme, wake));
     this.view = new LessonView(theme);
     theme.onChange(wake);
     document.addEventListener("visibilitychange", wake);
@@ -321,7 +321,7 @@ export class LessonPage {
   #refresh() {
     const { trials, lesson } = this;
     this.#landed = this.landed;
-    const samples = trials.map((trial) => trial.over(this.#all));
+    const samples = trials.map((trial) => ({ ...trial.over(this.#all), settled: trial.settled(this.#all) }));
     fillTable("numbers", ...numbersOf(trials, samples));
     byId("numbers").dataset.boards = String(trials.length);
     const names = trials.length > 1 ? ["class.of-first", "class.of-second"] : [];

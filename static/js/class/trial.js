@@ -66,20 +66,30 @@ export class Trial {
     return this.runs[this.runs.length - 1];
   }
 
-  /**
-   * What has landed. Quick balls land first, which is no fair sample: `settled` has, in the order of dropping, only
-   * the balls from before the first one in the air.
-   * @param {boolean} all runs, or the current one
-   */
+  /** What has landed. @param {boolean} all runs, or the current one */
   over(all) {
-    const runs = all ? this.runs : [this.run];
+    const runs = this.#runs(all);
     const counts = new Array(this.setting.rows + 1).fill(0);
     const bins = runs.flatMap((run) => run.bins);
     for (const bin of bins) counts[bin] += 1;
+    return { bins, counts, rights: this.run.rights.map((_, row) => runs.reduce((sum, { rights }) => sum + rights[row], 0)) };
+  }
+
+  /**
+   * A fair sample of what has landed. Quick balls land first, so it has only the balls from before the first one in
+   * the air, in the order of dropping.
+   * @param {boolean} all runs, or the current one @returns {number[]} their bins
+   */
+  settled(all) {
     const until = Math.min(...this.balls.map(({ place }) => place));
-    const settled = runs.flatMap((run) => run.bins.map((bin, i) => ({ bin, place: run.places[i] })))
+    return this.#runs(all)
+      .flatMap(({ bins, places }) => bins.map((bin, i) => ({ bin, place: places[i] })))
       .filter(({ place }) => place < until).sort((one, two) => one.place - two.place).map(({ bin }) => bin);
-    return { bins, settled, counts, rights: this.run.rights.map((_, row) => runs.reduce((sum, { rights }) => sum + rights[row], 0)) };
+  }
+
+  /** @param {boolean} all */
+  #runs(all) {
+    return all ? this.runs : [this.run];
   }
 
   /** Lets balls of the next seeds fall. @param {number} balls */

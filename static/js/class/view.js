@@ -13,7 +13,7 @@ import { averages, countsOf, normalDensity, sampleMeans, summaryOf, theoryOf } f
 /** @import { Lesson } from "./lesson.js" */
 /** @import { Trial } from "./trial.js" */
 
-/** @typedef {ReturnType<Trial["over"]>} Sample */
+/** @typedef {ReturnType<Trial["over"]> & {settled: number[]}} Sample settled: as `Trial.settled` gives them */
 /** @typedef {Pick<Trial, "setting" | "runs">} Of */
 
 const COLOURS = ["trayBar", "other"];

@@ -91,7 +91,7 @@ export class Chart {
     return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, font, margin };
   }
 
-  /** Paints the plot anew. */
+  /** Paints the whole plot. */
   #paint() {
     const size = this.#size;
     if (!this.#plot || size.width === 0) return;

@@ -7,7 +7,7 @@ import { t } from "../texts/text.js";
 import { byId, onClick } from "../util/dom.js";
 import { fixed } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
-import { BoardView } from "../class/board-view.js";
+import { TrialView } from "../class/trial-view.js";
 import { joinRoom } from "../class/phones.js";
 import { summaryOf } from "../class/statistics.js";
 import { Trial } from "../class/trial.js";
@@ -30,7 +30,7 @@ class PupilPage {
   constructor(theme, solver, room) {
     this.solver = solver;
     this.loop = new FrameLoop((now) => this.#draw(now));
-    this.view = new BoardView("trial-0", theme, () => this.loop.wake());
+    this.view = new TrialView("trial-0", theme, () => this.loop.wake());
     theme.onChange(() => this.loop.wake());
     const who = crypto.randomUUID();
     /** @type {Connection} */

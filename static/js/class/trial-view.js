@@ -1,4 +1,4 @@
-// A canvas with one board of the lesson.
+// A canvas with one trial of the lesson: its board, its balls and its histogram.
 
 import { contextOf, fitted } from "../util/canvas.js";
 import { byId } from "../util/dom.js";
@@ -11,7 +11,7 @@ import { binomialChances } from "../model/statistics.js";
 /** @import { Trial } from "./trial.js" */
 
 /** Draws a trial; `onResize` is called when its size has changed. */
-export class BoardView {
+export class TrialView {
   /** @type {Geometry | null} */
   geometry = null;
   #size = { width: 0, height: 0, font: 16 };
