@@ -138,11 +138,13 @@ def test_thirty_phones_drop_and_the_projector_has_every_ball(
         pupil.shot("class-phone")
         check_fit(pupil)
         check_axe(pupil)
-    stats = teacher.page.locator("#table tr td:nth-child(2)").all_inner_texts()
+    counts = teacher.page.locator("#table tr td:nth-child(2)")
+    before = counts.all_inner_texts()
     mortal.end(signal.SIGKILL)
     mortal.start()
     expect(teacher.page.locator("#here")).to_have_text(re.compile("phones? (is|are) here"))
-    assert teacher.page.locator("#table tr td:nth-child(2)").all_inner_texts() == stats
+    # The server may not have written all landings when it was killed: those balls land again.
+    expect(counts).to_have_text(before)
     teacher.page.locator("#rows").fill("5")
     expect(pupil.page.locator("#result")).to_have_text("Drop a ball on the class's board.")
     pupil.drop.click()
