@@ -135,7 +135,10 @@ Surface: TypeAlias = Circle | Face
 
 
 class Law(NamedTuple):
-    """What decides the motion of a ball of this radius on a surface."""
+    """What decides the motion of a ball of this radius, in m, on a surface.
+
+    curvature in 1/m, gravity in m/s^2, drag in 1/s; friction is Coulomb's coefficient.
+    """
 
     curvature: arb
     gravity: arb

@@ -53,7 +53,7 @@ class DampedStretch(Stretch):
         way, speed, spin = self._apart
         ahead = by_way.way * way + by_speed.way * speed
         faster = by_way.along * way + by_speed.along * speed
-        turn = self.kappa * ahead
+        turn = self.law.curvature * ahead
         nx, ny = unit_vector(
             hull.nx.intersection(middle.nx - hull.ny * turn),
             hull.ny.intersection(middle.ny + hull.nx * turn),

@@ -93,7 +93,7 @@ class Stretch:
 
     def __init__(self, scene: Scene, surface: Surface, start: Contact, proof: Proof) -> None:
         self.scene, self.surface, self.start = scene, surface, start
-        self.law, self.kappa = scene.law_on(surface), surface.curvature
+        self.law = scene.law_on(surface)
         terms = max(_LEAST_TERMS, int(_TERMS_PER_BIT * ctx.prec))
         lists = self._expand(terms, proof)
         self.end = 2.0 ** (-ctx.prec / terms)
@@ -157,9 +157,9 @@ class Stretch:
         else:
             self.omega = Series(omega, ZERO)
         self.force = linear(ZERO, (-self.law.gravity, self.ny))
-        if not self.kappa.is_zero():
+        if not self.law.curvature.is_zero():
             bent = square(self.u, self.end)
-            self.force = linear(ZERO, (-self.law.gravity, self.ny), (-self.kappa, bent))
+            self.force = linear(ZERO, (-self.law.gravity, self.ny), (-self.law.curvature, bent))
 
     def _proven_bounds(
         self, terms: int, normal: float, speed: float
@@ -184,7 +184,7 @@ class Stretch:
     def at(self, share: arb) -> Contact:
         """The ball at the time share H. Its normal is made sharper by its length, which is one."""
         start, surface = self.start, self.surface
-        if self.kappa.is_zero():
+        if self.law.curvature.is_zero():
             nx, ny = start.nx, start.ny
             way, u, omega = self._on_face(share)
             x, y = start.x - ny * way, start.y + nx * way

@@ -56,7 +56,7 @@ class SpreadPhase(Phase):
         self.parting = _at_event(stretch, ending, now, parting)
         cut = {
             name: getattr(now, name).intersection(getattr(self.middle, name) + rate * self._apart)
-            for name, rate in _by_part(now, self.parting, stretch.kappa).items()
+            for name, rate in _by_part(now, self.parting, stretch.law.curvature).items()
         }
         now = replace(now, **cut)
         return now
