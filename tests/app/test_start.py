@@ -40,6 +40,16 @@ def waiting(tmp_path: Path) -> Iterator[ServerProcess]:
 
 
 @pytest.mark.postgresql
+def test_a_test_s_server_starts_at_a_port_where_another_had_another_ledger(
+    postgresql: PostgreSQL,
+) -> None:
+    with ServerProcess(postgresql.new_database()) as former:
+        pass
+    with ServerProcess(postgresql.new_database(), port=former.port) as server:
+        assert status(server, "/readyz") == 200
+
+
+@pytest.mark.postgresql
 def test_a_server_waits_for_its_database_and_is_not_ready_until_it_answers(
     postgresql: PostgreSQL, waiting: ServerProcess
 ) -> None:

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,13 +17,16 @@ from tests.kit.waiting import LIMIT, first_line, until
 
 SERVE: Final = ("serve", "--drop-rate", "1000")
 OPERATOR: Final = "an operator's token for the tests"
+_FILES: Final = tempfile.TemporaryDirectory(prefix="plinko-")
 
 
 @dataclass(kw_only=True)
 class Program:
     """A program, which ends at the end of a `with` block at the latest.
 
-    answers: whether it is ready; options: of Popen.
+    answers: whether it is ready; options: of Popen; data: a server's data directory, if it is
+    not among the flags. By default that would belong to the port, which another run of the tests
+    may have used with another ledger.
     """
 
     LAST: ClassVar = signal.SIGTERM
@@ -34,6 +38,7 @@ class Program:
     options: Mapping[str, Any] = field(
         default_factory=lambda: {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     )
+    data: str = field(default_factory=lambda: tempfile.mkdtemp(dir=_FILES.name))
     process: "subprocess.Popen[str] | None" = None
     said: tuple[str, str] = ("", "")
     """What the last process had written to its pipes and no test had read: output, errors."""
@@ -46,9 +51,8 @@ class Program:
 
     def begin(self) -> None:
         """Start it without waiting until it is ready."""
-        self.process = subprocess.Popen(
-            self.command, env=os.environ | self.environment, text=True, **self.options
-        )
+        environment = os.environ | {"PLINKO_DATA": self.data} | self.environment
+        self.process = subprocess.Popen(self.command, env=environment, text=True, **self.options)
 
     def wait(self) -> None:
         """Return when it is ready."""
