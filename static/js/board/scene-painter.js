@@ -26,6 +26,11 @@ const PAID_RISE = 46; // CSS pixels that a score rises
  * @property {number} density device pixels a CSS pixel
  */
 
+/**
+ * Paints over the balls, below their names.
+ * @typedef {(ctx: CanvasRenderingContext2D, painter: ScenePainter) => void} Overlay
+ */
+
 /** Caches the stamps of balls and pegs; another size or theme needs another painter. */
 export class ScenePainter {
   /** @type {ReturnType<typeof facesOf> | null} */
@@ -58,8 +63,11 @@ export class ScenePainter {
     return (this.#flashes ??= makeFlashes(largest * this.geometry.scale, this.density, this.theme.palette.flash));
   }
 
-  /** @param {CanvasRenderingContext2D} ctx scaled to CSS pixels @param {Scene} scene */
-  draw(ctx, scene) {
+  /**
+   * @param {CanvasRenderingContext2D} ctx scaled to CSS pixels @param {Scene} scene
+   * @param {Overlay} paintOver
+   */
+  draw(ctx, scene, paintOver) {
     ctx.clearRect(0, 0, this.geometry.width, this.geometry.height);
     const style = { colour: this.theme.palette.trayMark, width: Math.max(1.5, 0.25 * this.radius), alpha: 0.75 };
     for (const path of scene.paths) paintPath(ctx, this.geometry, path, style);
@@ -69,7 +77,7 @@ export class ScenePainter {
     this.#drawTrails(ctx, scene.balls);
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
-    scene.over?.(ctx, this);
+    paintOver(ctx, this);
     this.#drawNames(ctx, scene.balls);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
     for (const hit of scene.hits) this.#drawHit(ctx, hit);

@@ -15,6 +15,7 @@ import { announceShape, StageFit } from "./stage-fit.js";
 /** @import { Scene } from "../model/scene.js" */
 /** @import { Grounds, Sheet } from "../paint/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Overlay } from "./scene-painter.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
 /** Draws a board and the scenes on it. `onLayout(geometry)` is called in the next frame, and when the size has changed. */
@@ -132,9 +133,9 @@ export class BoardView {
     part({ ctx: contextOf(still), geometry, board, look: theme }, slots, this.grounds);
   }
 
-  /** @param {Scene} scene */
-  draw(scene) {
-    this.#painter?.draw(contextOf(this.moving), scene);
+  /** @param {Scene} scene @param {Overlay} [paintOver] */
+  draw(scene, paintOver = () => {}) {
+    this.#painter?.draw(contextOf(this.moving), scene, paintOver);
   }
 
   /** @param {MouseEvent} event @returns {{x: number, y: number, above: boolean} | null} */

@@ -1,7 +1,6 @@
 // Everything that is drawn over a board at one moment. Pure.
 
-/** @import { Board, Point } from "./board.js" */
-/** @import { Geometry } from "../paint/geometry.js" */
+/** @import { Point } from "./board.js" */
 
 /**
  * @typedef {object} Scene metres, radians
@@ -11,8 +10,6 @@
  * @property {Point[][]} paths whole paths
  * @property {number | null} aim x at which the next ball would start
  * @property {Streak[]} [streaks] paths of balls shown at instant pace
- * @property {(ctx: CanvasRenderingContext2D, painter: {board: Board, geometry: Geometry}) => void} [over] paints
- *   over the balls, below their names
  * @property {Parting | null} [fork] the path of a second ball, which started a tiny distance away and
  *   took another way
  *

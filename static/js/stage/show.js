@@ -186,8 +186,8 @@ export class Show {
     if (table) this.sound?.hear(table.heard, time);
     for (const { pose, by } of table?.balls.values() ?? []) pose.name = this.options.names ? by : undefined;
     if (still) Object.assign(scene, { balls: [], flashes: [] });
-    else scene.over = (ctx, painter) => this.figures.faces.draw(ctx, painter, table?.balls.values() ?? []);
-    this.view.draw(scene);
+    const balls = still ? [] : table?.balls.values() ?? [];
+    this.view.draw(scene, (ctx, painter) => this.figures.faces.draw(ctx, painter, balls));
     const settling = this.tray?.show(now, still) ?? false;
     return settling || this.idle.moves || (table?.busy ?? false);
   }
