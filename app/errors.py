@@ -386,12 +386,3 @@ def public_text(error: BaseException) -> str:
     if isinstance(error, PlinkoError):
         return response_for(error).text or str(error)
     return "The server failed; its log has the reason."
-
-
-def shorten(value: object, limit: int = 40) -> str:
-    """`repr` for an error's message, cut so that a huge value does not make a huge message."""
-    try:
-        shown = repr(value)
-    except ValueError:  # an integer of more digits than Python prints
-        shown = "an integer of thousands of digits"
-    return shown if len(shown) <= limit else shown[: limit - 3] + "..."

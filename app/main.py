@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
 
-from plinko.app.errors import SettingError, shorten
+from plinko.app.errors import SettingError
 from plinko.app.fairness.check import kernel_digest_of
 from plinko.app.listening import listen, server_over, wait_for
 from plinko.app.live.arriving import any_room
@@ -55,7 +55,7 @@ from plinko.app.web.shared import Others
 from plinko.app.web.tokens import SessionTokens, Tokens, secret_of
 from plinko.app.webhooks.targets import Target, read_targets
 from plinko.engine import Board, World, __version__, preset_names
-from plinko.engine.errors import BoardError
+from plinko.engine.errors import BoardError, shorten
 from plinko.engine.jit import limits, native
 
 if TYPE_CHECKING:

@@ -7,6 +7,15 @@
 from typing import NamedTuple
 
 
+def shorten(value: object, limit: int = 60) -> str:
+    """`repr` for an error's message, cut so that a huge value does not make a huge message."""
+    try:
+        shown = repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        shown = "an integer of thousands of digits"
+    return shown if len(shown) <= limit else shown[: limit - 3] + "..."
+
+
 class PlinkoError(Exception):
     """Base of all errors that this package raises."""
 

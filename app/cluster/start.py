@@ -16,7 +16,7 @@ from plinko.app.cluster.alive import Alive
 from plinko.app.cluster.fail_over import FailOver
 from plinko.app.cluster.forward import Forward, Peers
 from plinko.app.cluster.membership import Member, order
-from plinko.app.errors import AppError, InvalidValueError, shorten
+from plinko.app.errors import AppError, InvalidValueError
 from plinko.app.listening import address_of
 from plinko.app.live.stored_rooms import StoredRooms
 from plinko.app.persistence.lease_book import LeaseBook
@@ -24,6 +24,7 @@ from plinko.app.persistence.ledger.database import address
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.settings import Settings
 from plinko.app.web.shared import Standing
+from plinko.engine.errors import shorten
 
 _AT_ONCE: Final = 4
 """Rooms that are handed over at the same time: as many as a server restores at the same time. Each

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plinko.app.computing import prices
-from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError
 from plinko.app.rooms.log import verify_log
 from plinko.engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, json_text, verify
 from plinko.engine.batches.block import Block, summed
@@ -22,6 +22,7 @@ from plinko.engine.drops.digest import BLOCK
 from plinko.engine.drops.drop import make_drop
 from plinko.engine.drops.seeds import Search
 from plinko.engine.drops.start import unsigned_zero
+from plinko.engine.errors import shorten
 from plinko.engine.json_text import Json, JsonObject
 from plinko.engine.parameters import Exact, Solver, Stepped
 from plinko.engine.payouts.solve import solve_payouts

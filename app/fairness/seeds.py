@@ -8,7 +8,8 @@ import hashlib
 import hmac
 from typing import Final
 
-from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError
+from plinko.engine.errors import shorten
 from plinko.engine.seeding import SEED_LIMIT
 
 SECRET_BYTES: Final = 32

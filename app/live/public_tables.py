@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import Final
 
-from plinko.app.errors import UnknownRoomError, shorten
+from plinko.app.errors import UnknownRoomError
 from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.kinds import INDEPENDENT, INTERACTING, SCENE
 from plinko.app.rooms.room import Ground
 from plinko.app.rooms.touching.scene import GALTON, SANDBOX, Scene
 from plinko.engine import Board, preset_names
+from plinko.engine.errors import shorten
 
 MAIN: Final = "main"
 """The room whose ticks run first."""

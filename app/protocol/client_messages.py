@@ -8,11 +8,12 @@ from typing import Final, get_args
 
 import msgspec
 
-from plinko.app.errors import InvalidValueError, MalformedError, UnknownMessageError, shorten
+from plinko.app.errors import InvalidValueError, MalformedError, UnknownMessageError
 from plinko.app.protocol.messages import PROTOCOL_VERSION, SNAPSHOTS, STREAMS
 from plinko.app.protocol.touching_messages import Change, ClaimMessage, WatchMessage
 from plinko.app.protocol.visitors import AppearMessage
 from plinko.engine import json_text
+from plinko.engine.errors import shorten
 from plinko.engine.json_text import Json
 
 

@@ -8,8 +8,9 @@ from typing import Final, TypedDict
 
 import msgspec
 
-from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError
 from plinko.engine import plain_text
+from plinko.engine.errors import shorten
 from plinko.engine.json_text import Json
 
 MAX_NAME: Final = 25  # characters, after NFC, as on Twitch

@@ -3,9 +3,10 @@
 from collections import OrderedDict
 from typing import Final
 
-from plinko.app.errors import UnknownBoardError, shorten
+from plinko.app.errors import UnknownBoardError
 from plinko.engine import Board, preset_names
 from plinko.engine.board.proven import NAMES
+from plinko.engine.errors import shorten
 
 MOST_SURFACES: Final = 50_000
 """Pegs and walls of all registered boards: some 6 MB."""

@@ -6,7 +6,8 @@ from fractions import Fraction
 from math import ceil
 from typing import Final
 
-from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError
+from plinko.engine.errors import shorten
 
 MAX_STAKE: Final = 1_000_000_000
 """Minor units."""

@@ -19,9 +19,8 @@ from plinko.app.errors import (
     public_text,
     response_for,
     retry_after,
-    shorten,
 )
-from plinko.engine.errors import BoardError
+from plinko.engine.errors import BoardError, shorten
 from plinko.engine.json_text import JsonObject
 
 

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from plinko.engine.board.model import Board
-from plinko.engine.board.values import shown
 from plinko.engine.constants import PHYSICS_VERSION
 from plinko.engine.drops.digest import BLOCK
 from plinko.engine.drops.start import aim_of
 from plinko.engine.drops.verify import board_of
-from plinko.engine.errors import EngineError, ParameterError, RecordError
+from plinko.engine.errors import EngineError, ParameterError, RecordError, shorten
 from plinko.engine.parameters import Solver, Stepped, make_solver
 from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
@@ -86,7 +85,7 @@ def job_of(form: Mapping[str, Any]) -> Job:
     for name, ours in (("board_digest", board.digest), ("physics_version", PHYSICS_VERSION)):
         if wanted(form, name) != ours:
             raise RecordError(
-                f"{name} is {shown(form[name])}, but here it is {ours!r}: use the release that "
+                f"{name} is {shorten(form[name])}, but here it is {ours!r}: use the release that "
                 "computed the result",
                 field=name,
             )
@@ -110,7 +109,7 @@ def listed(form: Mapping[str, Any], name: str) -> list[Any]:
     """Return a required field that is a list; RecordError otherwise."""
     value = wanted(form, name)
     if not isinstance(value, list):
-        raise RecordError(f"{name} is {shown(value)}: it must be a list", field=name)
+        raise RecordError(f"{name} is {shorten(value)}: it must be a list", field=name)
     return value
 
 
@@ -118,6 +117,7 @@ def whole(value: Any, name: str, most: int) -> int:
     """Return `value`, a whole number from 0 to `most`; RecordError otherwise."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
         raise RecordError(
-            f"{name} is {shown(value)}: it must be a whole number from 0 to {most}", field=name
+            f"{name} is {shorten(value)}: it must be a whole number from 0 to {most}",
+            field=name,
         )
     return value

@@ -10,10 +10,9 @@ import numpy as np
 from plinko.engine.batches.block import Block
 from plinko.engine.batches.hashes import BlockHashes, Runs, first_in_both
 from plinko.engine.batches.job import Job, job_of, listed, wanted, whole
-from plinko.engine.board.values import shown
 from plinko.engine.constants import MAX_TIME
 from plinko.engine.drops.digest import BLOCK
-from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.errors import ParameterError, RecordError, shorten
 from plinko.engine.exact.outcome import MAX_EVENTS
 from plinko.engine.seeding import SEED_LIMIT
 
@@ -56,8 +55,8 @@ class Tally:
         for name, value in ours.items():
             if theirs.get(name) != value:
                 raise ParameterError(
-                    f"the results are of different jobs: {name} is {shown(value)} in one and "
-                    f"{shown(theirs.get(name))} in the other",
+                    f"the results are of different jobs: {name} is {shorten(value)} in one and "
+                    f"{shorten(theirs.get(name))} in the other",
                     field=name,
                 )
         both = first_in_both(self.blocks, other.blocks)
@@ -136,7 +135,7 @@ def tally_of(form: Any) -> Tally:
         tally._hashes.fill(runs, hashes)
     except ValueError:
         raise RecordError(
-            f"hashes has {len(hashes)} entries, which do not fit the blocks {shown(runs)}",
+            f"hashes has {len(hashes)} entries, which do not fit the blocks {shorten(runs)}",
             field="hashes",
         ) from None
     histogram = [whole(each, "histogram", job.drops) for each in listed(form, "histogram")]
@@ -157,7 +156,7 @@ def tally_of(form: Any) -> Tally:
 def _run_of(run: Any) -> tuple[int, int]:
     if not isinstance(run, list) or len(run) != 2:
         raise RecordError(
-            f"blocks has {shown(run)}, which is not a pair such as [0, 1]", field="blocks"
+            f"blocks has {shorten(run)}, which is not a pair such as [0, 1]", field="blocks"
         )
     begin, end = (whole(edge, "blocks", SEED_LIMIT) for edge in run)
     return begin, end
@@ -165,7 +164,7 @@ def _run_of(run: Any) -> tuple[int, int]:
 
 def _hash_of(text: Any) -> bytes:
     if not isinstance(text, str) or not _HASH.fullmatch(text):
-        raise RecordError(f"hashes has {shown(text)}, not 64 hex digits", field="hashes")
+        raise RecordError(f"hashes has {shorten(text)}, not 64 hex digits", field="hashes")
     return bytes.fromhex(text)
 
 
@@ -173,7 +172,7 @@ def _duration_of(text: Any, drops: int) -> Fraction:
     """Parse the exact sum of durations in s. Its digits are counted first: they may be any number,
     and an exponent would make a short text a number of a billion digits."""
     fault = RecordError(
-        f'duration is {shown(text)}: it must be a fraction such as "7/2", at most {_LONGEST:g} s '
+        f'duration is {shorten(text)}: it must be a fraction such as "7/2", at most {_LONGEST:g} s '
         f"for each of {drops} drops",
         field="duration",
     )
@@ -209,7 +208,7 @@ def _check(tally: Tally, digest: Any) -> None:
         )
     if digest != tally.digest:
         raise RecordError(
-            f"digest is {shown(digest)}, but the hashes give {tally.digest!r}", field="digest"
+            f"digest is {shorten(digest)}, but the hashes give {tally.digest!r}", field="digest"
         )
 
 

@@ -27,25 +27,16 @@ from plinko.engine.board.form import (
 )
 from plinko.engine.board.materials import Material
 from plinko.engine.board.parts import BallSpec, Bins, DropZone, Label, Peg, Wall
-from plinko.engine.errors import BoardError
+from plinko.engine.errors import BoardError, shorten
 
 T = TypeVar("T")
 
 COORDINATE: Final = field_of("peg", "x")
 
 
-def shown(value: object) -> str:
-    """The repr of `value` for an error message, cut to 60 characters."""
-    try:
-        text = repr(value)
-    except ValueError:  # an integer of more digits than Python prints
-        text = "an integer of thousands of digits"
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
 def fail(field: str, value: object, wanted: str) -> BoardError:
     """Make the error for `value` at `field`; `wanted` says what would be right."""
-    return BoardError(f"{field} is {shown(value)}: {wanted}", field=field)
+    return BoardError(f"{field} is {shorten(value)}: {wanted}", field=field)
 
 
 def number(value: Any, field: str, kind: Field = COORDINATE) -> float:

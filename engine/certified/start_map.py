@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from plinko.engine.board.model import Board
-from plinko.engine.board.values import shown
 from plinko.engine.certified.certify import Effort, exact_start, prove
-from plinko.engine.errors import ParameterError
+from plinko.engine.errors import ParameterError, shorten
 from plinko.engine.exact.outcome import LANDED
 
 UNSETTLED = -1
@@ -89,8 +88,8 @@ def strip_at(
     low, high = starts_of(board)
     if not low <= middle <= high:
         raise ParameterError(
-            f"x {shown(x if isinstance(x, str) else float(middle))} is not a start: the starts of "
-            f"{board.name!r} are from {float(low):g} to {float(high):g} m",
+            f"x {shorten(x if isinstance(x, str) else float(middle))} is not a start: the starts "
+            f"of {board.name!r} are from {float(low):g} to {float(high):g} m",
             field="x",
         )
     width = widest(board) / 10**level

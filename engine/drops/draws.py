@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from plinko.engine.board import values
 from plinko.engine.board.model import Board
 from plinko.engine.drops.batch import drop_many
 from plinko.engine.drops.seeds import FIRST_BATCH, LARGEST_BATCH, PATIENCE
-from plinko.engine.errors import ParameterError
+from plinko.engine.errors import ParameterError, shorten
 from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 MAX_WEIGHT: Final = (1 << 53) - 1
@@ -73,7 +72,7 @@ def check_weights(board: Board, weights: object) -> tuple[int, ...]:
     count = board.bins.count
     if not isinstance(weights, Sequence) or isinstance(weights, str) or len(weights) != count:
         raise ParameterError(
-            f"weights is {values.shown(weights)}: the board {board.name!r} needs a list of "
+            f"weights is {shorten(weights)}: the board {board.name!r} needs a list of "
             f"{count}, one for each of its bins",
             field="weights",
         )
@@ -81,7 +80,7 @@ def check_weights(board: Board, weights: object) -> tuple[int, ...]:
         whole = isinstance(weight, int) and not isinstance(weight, bool)
         if not whole or not 0 <= weight <= MAX_WEIGHT:
             raise ParameterError(
-                f"weights[{bin_}] is {values.shown(weight)}: it must be a whole number from 0 to "
+                f"weights[{bin_}] is {shorten(weight)}: it must be a whole number from 0 to "
                 "2^53 - 1",
                 field=f"weights[{bin_}]",
             )

@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 from typing import Final
 
-from plinko.engine.board import values
 from plinko.engine.board.model import Board
 from plinko.engine.drops.batch import drop_many
-from plinko.engine.errors import ParameterError
+from plinko.engine.errors import ParameterError, shorten
 from plinko.engine.seeding import SEED_LIMIT, parse_seed
 
 FIRST_BATCH: Final = 256
@@ -52,7 +51,7 @@ def check_bin(board: Board, number: object) -> None:
     last = board.bins.count - 1
     if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= last:
         raise ParameterError(
-            f"bin is {values.shown(number)}: the bins of {board.name!r} are 0 to {last}",
+            f"bin is {shorten(number)}: the bins of {board.name!r} are 0 to {last}",
             field="bin",
         )
 

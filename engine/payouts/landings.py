@@ -11,8 +11,7 @@ from plinko.engine.batches.block import block_of
 from plinko.engine.batches.job import Job, listed, wanted, whole
 from plinko.engine.batches.workers import Here, Workers
 from plinko.engine.board.model import Board
-from plinko.engine.board.values import shown
-from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.errors import ParameterError, RecordError, shorten
 from plinko.engine.parameters import Exact
 from plinko.engine.physics.array_types import Floats
 
@@ -144,10 +143,10 @@ def none_after(found: Landings) -> Landings:
 def landings_of(form: Any) -> Landings:
     """Read the landings of an aim from their JSON form; RecordError if it is malformed."""
     if not isinstance(form, Mapping):
-        raise RecordError(f"{shown(form)} is not the landings of an aim")
+        raise RecordError(f"{shorten(form)} is not the landings of an aim")
     aim = wanted(form, "aim")
     if aim is not None and (isinstance(aim, bool) or not isinstance(aim, int | float)):
-        raise RecordError(f"aim is {shown(aim)}: it must be a number or null", field="aim")
+        raise RecordError(f"aim is {shorten(aim)}: it must be a number or null", field="aim")
     histogram = (whole(each, "histogram", MOST_DROPS) for each in listed(form, "histogram"))
     unsettled, first = (
         whole(wanted(form, name), name, MOST_DROPS) for name in ("unsettled", "first")

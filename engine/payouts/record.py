@@ -18,8 +18,7 @@ from plinko.engine.batches.job import wanted as wanted_field
 from plinko.engine.batches.workers import Workers
 from plinko.engine.board import presets
 from plinko.engine.board.model import Board
-from plinko.engine.board.values import shown
-from plinko.engine.errors import EngineError, RecordError
+from plinko.engine.errors import EngineError, RecordError, shorten
 from plinko.engine.payouts import landings
 from plinko.engine.payouts.landings import Landings
 from plinko.engine.payouts.odds import Odds, odds_of
@@ -157,15 +156,15 @@ def from_text(text: str) -> Record:
     """Read the text of the file; RecordError or JsonSyntaxError if it is not a record."""
     forms = json_text.parse(text)
     if not isinstance(forms, Mapping):
-        raise RecordError(f"{shown(forms)} is not a record of drops, which is a JSON object")
+        raise RecordError(f"{shorten(forms)} is not a record of drops, which is a JSON object")
     return {name: _counted_of(name, form) for name, form in forms.items()}
 
 
 def _counted_of(name: str, form: Any) -> Counted:
     if name not in presets.preset_names() or presets.plain_name(name) != name:
-        raise RecordError(f"{shown(name)} is not a preset whose returns are recorded", field=name)
+        raise RecordError(f"{shorten(name)} is not a preset whose returns are recorded", field=name)
     if not isinstance(form, Mapping):
-        raise RecordError(f"{name} is {shown(form)}: it must be an object", field=name)
+        raise RecordError(f"{name} is {shorten(form)}: it must be an object", field=name)
     try:
         blocks = tuple(_block_of(block) for block in listed(form, "blocks"))
         shapes = {tuple(len(each.histogram) for each in block) for block in blocks}
@@ -189,17 +188,18 @@ def _bin_count(name: str) -> int:
 
 def _block_of(block: Any) -> Block:
     if not isinstance(block, list):
-        raise RecordError(f"blocks has {shown(block)}, which is not a list", field="blocks")
+        raise RecordError(f"blocks has {shorten(block)}, which is not a list", field="blocks")
     return tuple(landings.landings_of(each) for each in block)
 
 
 def _chosen_of(name: str, chosen: Any, blocks: int) -> Mapping[str, int]:
     if not isinstance(chosen, Mapping):
-        raise RecordError(f"chosen is {shown(chosen)}: it must be an object", field="chosen")
+        raise RecordError(f"chosen is {shorten(chosen)}: it must be an object", field="chosen")
     for table, first in chosen.items():
         if table not in presets.preset_names() or presets.plain_name(table) != name:
             raise RecordError(
-                f"chosen has {shown(table)}, which is not a payout table of {name}", field="chosen"
+                f"chosen has {shorten(table)}, which is not a payout table of {name}",
+                field="chosen",
             )
         whole(first, "chosen", blocks - 1)
     return chosen

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from plinko.app.cli.common import echo, need_server, print_json
-from plinko.app.errors import SettingError, UnknownRoomError, shorten
+from plinko.app.errors import SettingError, UnknownRoomError
 from plinko.app.settings import Settings
+from plinko.engine.errors import shorten
 
 if TYPE_CHECKING:
     from plinko.app.persistence.ledger.database import Database

@@ -13,12 +13,7 @@ from typing import Final
 
 import msgspec
 
-from plinko.app.errors import (
-    InvalidValueError,
-    SessionStateError,
-    UnknownSessionError,
-    shorten,
-)
+from plinko.app.errors import InvalidValueError, SessionStateError, UnknownSessionError
 from plinko.app.fairness.export import (
     KIND,
     VERSION,
@@ -42,6 +37,7 @@ from plinko.app.rooms.outcome import signed
 from plinko.app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
 from plinko.app.rooms.room import Room
 from plinko.engine import PHYSICS_VERSION, Board, merkle
+from plinko.engine.errors import shorten
 
 REST_SECONDS: Final = 86_400.0
 """s without a drop after which a session ends and its seed is revealed: a day, so that a player who

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Select, func, select
 
-from plinko.app.errors import DamagedRoomError, PrunedError, shorten
+from plinko.app.errors import DamagedRoomError, PrunedError
 from plinko.app.fairness.statements import Receipt
 from plinko.app.persistence.statements import tables
 from plinko.app.rooms.records import (
@@ -19,6 +19,7 @@ from plinko.app.rooms.records import (
     StoredBasis,
     TakenRow,
 )
+from plinko.engine.errors import shorten
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from plinko.app.errors import BallLimitError, InvalidValueError, MissingBallError, shorten
+from plinko.app.errors import BallLimitError, InvalidValueError, MissingBallError
 from plinko.app.protocol import touching_messages as wire
 from plinko.app.protocol.visitors import NO_TAG
 from plinko.app.rooms.pending import DropCommand
@@ -20,6 +20,7 @@ from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.world import TouchingWorld
 from plinko.engine import Board
 from plinko.engine.drops.start import start_of
+from plinko.engine.errors import shorten
 
 MOST_OVERLAPS: Final = 32
 """Balls that an added ball may overlap."""

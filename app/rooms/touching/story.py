@@ -11,13 +11,14 @@ from typing import Annotated, Final
 import msgspec
 from msgspec import Meta
 
-from plinko.app.errors import AppError, InvalidValueError, shorten
+from plinko.app.errors import AppError, InvalidValueError
 from plinko.app.protocol import touching_messages as wire
 from plinko.app.rooms.pending import PendingInput
 from plinko.app.rooms.touching.inputs import TouchingCommand
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
 from plinko.engine.constants import PHYSICS_VERSION
+from plinko.engine.errors import shorten
 from plinko.engine.json_text import Json, JsonObject
 
 MOST_INPUTS: Final = 10_000

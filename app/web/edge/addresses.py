@@ -6,7 +6,8 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
-from plinko.app.errors import AppError, BusyError, ConnectionLimitError, SettingError, shorten
+from plinko.app.errors import AppError, BusyError, ConnectionLimitError, SettingError
+from plinko.engine.errors import shorten
 
 _ALWAYS = 3  # connections that each client may have even when few are left
 _FORWARDED = re.compile(r"\[([^\]]*)\](?::[0-9]+)?|([0-9.]+):[0-9]+")

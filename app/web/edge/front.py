@@ -20,20 +20,14 @@ from starlette.middleware.gzip import GZipResponder
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from plinko.app.errors import (
-    AppError,
-    BusyError,
-    HeadError,
-    OriginError,
-    TooLargeError,
-    shorten,
-)
+from plinko.app.errors import AppError, BusyError, HeadError, OriginError, TooLargeError
 from plinko.app.settings import Settings
 from plinko.app.web.edge.accepted import accepts_gzip
 from plinko.app.web.edge.addresses import Proxies
 from plinko.app.web.edge.hosts import Hosts
 from plinko.app.web.limits import Allowance
 from plinko.app.web.problems import HOPS, problem_response
+from plinko.engine.errors import shorten
 
 # Only the server's own files, and no inline scripts: a board's name or a room's id that is written
 # into a page cannot become code.

@@ -10,7 +10,8 @@ import ipaddress
 import re
 from collections.abc import Iterable
 
-from plinko.app.errors import HostError, shorten
+from plinko.app.errors import HostError
+from plinko.engine.errors import shorten
 
 _LOCAL = "localhost"
 _NAME = re.compile(r"[a-z0-9_]([a-z0-9_.-]*[a-z0-9_])?")

@@ -21,14 +21,13 @@ from plinko.app.errors import (
     MalformedError,
     MediaTypeError,
     TooLargeError,
-    shorten,
 )
 from plinko.app.web.edge.addresses import one_client
 from plinko.app.web.edge.front import note
 from plinko.app.web.problems import Problem
 from plinko.app.web.services import Services
 from plinko.engine import Board, json_text
-from plinko.engine.errors import BoardError, EffortError
+from plinko.engine.errors import BoardError, EffortError, shorten
 from plinko.engine.json_text import JsonObject
 from plinko.engine.parameters import DEFAULT_DT, DEFAULT_SUBSTEPS, Solver, make_solver
 from plinko.engine.seeding import parse_seed

@@ -11,7 +11,8 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 from starlette.datastructures import QueryParams
 
-from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError
+from plinko.engine.errors import shorten
 
 
 def _spelt(pattern: str, wanted: str) -> Callable[[object], object]:

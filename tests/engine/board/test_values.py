@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from plinko.engine.board import values
 from plinko.engine.board.form import MAX_BINS, field_of
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import BallSpec, Bins, Peg
-from plinko.engine.errors import BoardError
+from plinko.engine.errors import BoardError, shorten
 from tests.engine.board.forms import EXAMPLE, at, box, changed, dotted, leaves
 
 Path_ = tuple[str | int, ...]
@@ -96,7 +95,7 @@ def test_a_value_out_of_range_is_named_with_what_would_be_right(
 ) -> None:
     error = refusal(changed(EXAMPLE, path, value))
     assert error.field == dotted(path)
-    assert str(error).startswith(f"{dotted(path)} is {values.shown(value)}")
+    assert str(error).startswith(f"{dotted(path)} is {shorten(value)}")
     assert rule in str(error)
 
 

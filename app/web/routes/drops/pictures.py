@@ -11,7 +11,7 @@ from starlette.convertors import StringConvertor, register_url_convertor
 from plinko.app.computing import prices, tasks
 from plinko.app.computing.prices import Price
 from plinko.app.computing.tasks import Ask, Many
-from plinko.app.errors import InvalidValueError, RangeError, shorten
+from plinko.app.errors import InvalidValueError, RangeError
 from plinko.app.pictures.cache import drawing_version
 from plinko.app.render.parts.view import LEAST_WIDTH, MOST_WIDTH, lay_out
 from plinko.app.web.computing import Computing
@@ -33,6 +33,7 @@ from plinko.app.web.routes.queries import Number, Whole
 from plinko.app.web.routes.table import operations
 from plinko.app.web.services import Services
 from plinko.engine import PHYSICS_VERSION, Board
+from plinko.engine.errors import shorten
 from plinko.engine.parameters import Exact
 from plinko.engine.seeding import parse_seed
 

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from plinko.app.errors import InvalidValueError, UnknownSessionError, shorten
+from plinko.app.errors import InvalidValueError, UnknownSessionError
 from plinko.app.live.sessions.fair_session import FairSession
 from plinko.app.protocol import messages
 from plinko.app.protocol.client_messages import (
@@ -15,6 +15,7 @@ from plinko.app.protocol.client_messages import (
 )
 from plinko.app.rooms.room import Room
 from plinko.app.web.services import Services
+from plinko.engine.errors import shorten
 
 
 class JoinedSessions:

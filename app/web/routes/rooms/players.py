@@ -12,7 +12,7 @@ from msgspec import Meta
 from sqlalchemy import Row
 
 from plinko.app.computing import tasks
-from plinko.app.errors import InvalidValueError, UnknownBoardError, shorten
+from plinko.app.errors import InvalidValueError, UnknownBoardError
 from plinko.app.persistence.statements import plays as ledger
 from plinko.app.persistence.statements import store
 from plinko.app.rooms.records import Erase
@@ -32,6 +32,7 @@ from plinko.app.web.routes.table import operations
 from plinko.app.web.schemas.fields import Digest, PhysicsVersion, Seed
 from plinko.app.web.services import Services
 from plinko.engine import Board
+from plinko.engine.errors import shorten
 
 
 class PlayView(msgspec.Struct, frozen=True):

@@ -29,7 +29,6 @@ from plinko.app.errors import (
     UndecidedError,
     public_text,
     response_for,
-    shorten,
 )
 from plinko.app.live.broadcast.audience import Player
 from plinko.app.live.broadcast.hub import Client, Mailbox
@@ -61,7 +60,7 @@ from plinko.app.web.routes.queries import check_queries
 from plinko.app.web.routes.rooms.joined_sessions import JoinedSessions
 from plinko.app.web.routes.rooms.room_changes import Changes
 from plinko.app.web.services import Services
-from plinko.engine.errors import PlinkoError
+from plinko.engine.errors import PlinkoError, shorten
 
 router = APIRouter()
 
