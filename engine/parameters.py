@@ -2,10 +2,11 @@
 
 import struct
 from dataclasses import dataclass
+from math import inf
 from numbers import Real
 from typing import Any, ClassVar, Final, Literal
 
-from plinko.engine.errors import ParameterError
+from plinko.engine.errors import ParameterError, shorten
 
 SolverName = Literal["exact", "stepped"]
 
@@ -13,19 +14,37 @@ DEFAULT_DT: Final = 1.0 / 60.0
 DEFAULT_SUBSTEPS: Final = 4
 DEFAULT_CORRECTION: Final = 0.6
 
+MOST_STEPS: Final = 1_000_000
+"""Most steps that one call advances: hours of play, and a request that ends."""
+
 
 def number(value: object, field: str, low: float, high: float) -> float:
     """Return `value` as a float in [low, high]; ParameterError otherwise.
 
     Numbers of numpy, such as a float32, are accepted too.
     """
-    if isinstance(value, Real) and not isinstance(value, int):
-        value = float(value)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ParameterError(f"{field} {value!r:.60} is not a number", field=field)
-    if not low <= value <= high:  # a NaN fails this too
-        raise ParameterError(f"{field} {value!r:.60} is not from {low:g} to {high:g}", field=field)
-    return float(value)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ParameterError(f"{field} {shorten(value)} is not a number", field=field)
+    try:
+        found = float(value)
+    except OverflowError:  # an integer of more than 308 digits
+        value = found = inf if abs(value) == value else -inf
+    if not low <= found <= high:  # a NaN fails this too
+        raise ParameterError(
+            f"{field} {shorten(value)} is not from {low:g} to {high:g}", field=field
+        )
+    return found
+
+
+def frame_seconds(frame_time: object, dt: float) -> float:
+    """Return `frame_time` in s; ParameterError if it takes more than MOST_STEPS steps of dt."""
+    seconds = number(frame_time, "frame_time", 0.0, inf)
+    if seconds > MOST_STEPS * dt:
+        raise ParameterError(
+            f"frame_time {seconds:g} s takes more than {MOST_STEPS} steps of {dt:g} s",
+            field="frame_time",
+        )
+    return seconds
 
 
 @dataclass(frozen=True, slots=True)

@@ -358,9 +358,9 @@ class Done(Event, frozen=True, tag="done", kw_only=True):
 
 
 class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
-    """Energies in J (potential: zero at y = 0), momentum in kg m/s, angular momentum in kg m^2/s.
+    """Energies in J (potential: zero at the origin), momentum in kg m/s, angular in kg m^2/s.
 
-    penetration: the deepest overlap, in m.
+    penetration: the deepest overlap, in m. cell: size of the broad phase's smallest cells, in m.
     time: of the arena, in s.
     """
 
@@ -377,6 +377,7 @@ class Diagnostics(Event, frozen=True, tag="diagnostics", kw_only=True):
     penetration: float
     asleep: int
     count: int
+    cell: float
 
 
 class Error(Event, frozen=True, tag="error", kw_only=True):

@@ -75,11 +75,16 @@ class SettingsMessage(_Message, frozen=True, tag="settings"):
     """Change the room's settings, and density, restitution and friction of all balls."""
 
     gravity: Json = None
+    gravity_x: Json = None
     drag: Json = None
     damping: Json = None
+    rolling: Json = None
+    max_speed: Json = None
     correction: Json = None
     dt: Json = None
     substeps: Json = None
+    projection: Json = None
+    cell: Json = None
     density: Json = None
     restitution: Json = None
     friction: Json = None

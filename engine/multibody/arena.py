@@ -8,7 +8,8 @@ every machine.
 import copy
 import hashlib
 from collections.abc import Iterable, Mapping
-from math import isfinite
+from dataclasses import replace
+from math import inf
 from typing import Any, Final, get_type_hints
 
 import msgspec
@@ -16,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from plinko.engine.constants import PHYSICS_VERSION
-from plinko.engine.errors import ParameterError, RecordError
+from plinko.engine.errors import ParameterError, RecordError, shorten
 from plinko.engine.multibody import inputs
-from plinko.engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, checked
+from plinko.engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, one, several
 from plinko.engine.multibody.diagnostics import Diagnostics, diagnose
 from plinko.engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
 from plinko.engine.multibody.inputs import Operation
@@ -26,7 +27,7 @@ from plinko.engine.multibody.settings import ArenaSettings
 from plinko.engine.multibody.solver.layout import body, step_log
 from plinko.engine.multibody.solver.step import step_balls
 from plinko.engine.multibody.static_geometry import StaticGeometry, static_shapes
-from plinko.engine.parameters import number
+from plinko.engine.parameters import frame_seconds, number
 
 
 class Arena:
@@ -62,13 +63,16 @@ class Arena:
 
     def apply(self, entry: Mapping[str, Any]) -> Any:
         """Repeat a recorded input; ParameterError if it is invalid."""
+        if not isinstance(entry, Mapping):
+            raise ParameterError(f"the input {shorten(entry)} is not an object", field="op")
         act, arguments = inputs.read(entry, _INPUTS)
         return act(self, **arguments)
 
     def add(self, x: float, y: float, **values: float) -> int:
         """Add a ball at (x, y) in m and return its id; values as in DEFAULTS."""
-        arrays: dict[str, Any] = {name: [value] for name, value in values.items()}
-        return self.add_many([x], [y], **arrays)[0]
+        check_names(values, DEFAULTS)
+        arrays: dict[str, Any] = {name: [one(name, value)] for name, value in values.items()}
+        return self.add_many([one("x", x)], [one("y", y)], **arrays)[0]
 
     def add_many(
         self,
@@ -84,8 +88,8 @@ class Arena:
         in which balls are added.
         """
         check_names(values, DEFAULTS)
-        found = {name: checked(name, value) for name, value in values.items()}
-        found |= {"x": checked("x", x), "y": checked("y", y)}
+        given = {**values, "x": x, "y": y}
+        found = {name: several(name, value) for name, value in given.items()}
         count = max(len(array) for array in found.values())
         for name, array in found.items():
             if len(array) not in {1, count}:
@@ -110,10 +114,10 @@ class Arena:
     def _new_ids(self, count: int, ids: Iterable[int] | None) -> npt.NDArray[np.int32]:
         if ids is None:
             return np.arange(self._next_id, self._next_id + count, dtype=np.int32)
-        asked = list(ids)
+        asked = _listed(ids, "ids")
         for i in asked:
             if type(i) is not int or not 0 <= i < 2**31 - 1:
-                raise ParameterError(f"id {i!r:.40} is not from 0 to 2^31 - 2", field="ids")
+                raise ParameterError(f"id {shorten(i)} is not from 0 to 2^31 - 2", field="ids")
         if len(asked) != count or len(set(asked)) != count:
             raise ParameterError(
                 f"ids has {len(set(asked))} different values for {count} balls: it must have "
@@ -134,12 +138,12 @@ class Arena:
 
     def remove_many(self, balls: Iterable[int]) -> None:
         """Remove balls, all of which must exist."""
-        chosen = [int(ball) for ball in balls]
+        chosen = _listed(balls, "balls")
         rows = [self._table.row(ball) for ball in chosen]
         for row in rows:
             self._table.wake_with(row)
         self._drop(rows)
-        self._record_input("remove_many", balls=chosen)
+        self._record_input("remove_many", balls=[int(ball) for ball in chosen])
 
     def clear(self) -> None:
         """Remove all balls."""
@@ -154,26 +158,27 @@ class Arena:
 
     def kick(self, ball: int, dvx: float, dvy: float, domega: float = 0.0) -> None:
         """Add to a ball's velocity, m/s, and to its spin, rad/s."""
-        row = self._table.row(ball)
-        vel, radius = self._table.bodies.vel, self._table.bodies.pos[row, body.RADIUS]
-        for name, value in (("vx", dvx), ("vy", dvy), ("omega", domega)):
-            checked(name, value)
-        self._table.wake_with(row)
-        vel[row, body.VX] += dvx
-        vel[row, body.VY] += dvy
-        vel[row, body.RIM_SPEED] += domega * radius
+        dvx, dvy, domega = one("vx", dvx), one("vy", dvy), one("omega", domega)
+        self._accelerate(self._table.row(ball), dvx, dvy, domega)
         self._record_input("kick", ball=int(ball), dvx=dvx, dvy=dvy, domega=domega)
 
     def impulse(self, ball: int, jx: float, jy: float) -> None:
         """Give a ball an impulse in N s."""
         row = self._table.row(ball)
+        jx, jy = number(jx, "jx", -inf, inf), number(jy, "jy", -inf, inf)
         over = float(self._table.bodies.vel[row, body.INVERSE_MASS])
-        checked("vx", jx * over)
-        checked("vy", jy * over)
-        self._table.wake_with(row)
-        self._table.bodies.vel[row, body.VX] += jx * over
-        self._table.bodies.vel[row, body.VY] += jy * over
+        self._accelerate(row, jx * over, jy * over, 0.0)
         self._record_input("impulse", ball=int(ball), jx=jx, jy=jy)
+
+    def _accelerate(self, row: int, dvx: float, dvy: float, domega: float) -> None:
+        """Add to a velocity and a spin; ParameterError if that leaves their ranges."""
+        vel, radius = self._table.bodies.vel, float(self._table.bodies.pos[row, body.RADIUS])
+        vx = one("vx", float(vel[row, body.VX]) + dvx)
+        vy = one("vy", float(vel[row, body.VY]) + dvy)
+        rim = float(vel[row, body.RIM_SPEED]) + domega * radius
+        one("omega", rim / radius)
+        self._table.wake_with(row)
+        vel[row, body.VX], vel[row, body.VY], vel[row, body.RIM_SPEED] = vx, vy, rim
 
     def edit(self, ball: int, **values: float) -> None:
         """Set some of a ball's values; RANGES lists them. A new radius keeps the density."""
@@ -188,8 +193,35 @@ class Arena:
 
     def _set(self, rows: npt.NDArray[np.intp], values: Mapping[str, float]) -> None:
         check_names(values, RANGES)
-        new = {name: float(checked(name, value)[0]) for name, value in values.items()}
+        new = {name: one(name, value) for name, value in values.items()}
         self._table.edit(rows, new)
+
+    def edit_place(
+        self, *, restitution: float | None = None, friction: float | None = None
+    ) -> None:
+        """Set the restitution or friction of all pegs and walls."""
+        given = {"restitution": restitution, "friction": friction}
+        new = {name: value for name, value in given.items() if value is not None}
+        place = self.place
+        self.place = replace(
+            place,
+            peg_material=replace(place.peg_material, **new),
+            wall_material=replace(place.wall_material, **new),
+        )
+        self._statics = static_shapes(self.place)
+        self._table.wake_all()
+        self._record_input("edit_place", **new)
+
+    def set_material(
+        self, *, restitution: float | None = None, friction: float | None = None
+    ) -> None:
+        """Set the restitution or friction of everything, so that each pair has that value.
+
+        Balls that are added later have their own.
+        """
+        given = {"restitution": restitution, "friction": friction}
+        self.edit_all(**{name: value for name, value in given.items() if value is not None})
+        self.edit_place(**given)
 
     def wake_all(self) -> None:
         """Wake all balls."""
@@ -266,13 +298,11 @@ class Arena:
         return int(np.searchsorted(inner, x, side="right"))
 
     def advance(self, frame_time: float) -> float:
-        """Advance by `frame_time` seconds in whole steps; return the rest in steps, in [0, 1)."""
-        if not (isfinite(frame_time) and frame_time >= 0.0):
-            raise ParameterError(
-                f"frame_time {frame_time!r} is not a finite number of seconds >= 0",
-                field="frame_time",
-            )
-        self._accumulator += frame_time
+        """Advance by `frame_time` seconds in whole steps; return the rest in steps, in [0, 1).
+
+        Raises ParameterError for more than MOST_STEPS steps.
+        """
+        self._accumulator += frame_seconds(frame_time, self.settings.dt)
         while self._accumulator >= self.settings.dt:
             self._accumulator -= self.settings.dt
             self.step()
@@ -321,7 +351,7 @@ class Arena:
 
     def diagnostics(self) -> Diagnostics:
         """Energies, momenta, contacts and overlap; computed only by this call."""
-        return diagnose(self._table, self._statics, self.settings.gravity)
+        return diagnose(self._table, self._statics, self._solver_settings)
 
     @property
     def nbytes(self) -> int:
@@ -400,15 +430,27 @@ _INPUTS: Final[Mapping[str, Operation]] = {
     "impulse": Operation(Arena.impulse, {**_BALL, "jx": float, "jy": float}),
     "edit": Operation(Arena.edit, _BALL, dict.fromkeys(RANGES, float)),
     "edit_all": Operation(Arena.edit_all, optional=dict.fromkeys(RANGES, float)),
+    "edit_place": Operation(
+        Arena.edit_place, optional=dict.fromkeys(("restitution", "friction"), float)
+    ),
     "wake_all": Operation(Arena.wake_all),
     "configure": Operation(Arena.configure, optional=get_type_hints(ArenaSettings)),
 }  # fmt: skip
 
 
+def _listed(balls: object, name: str) -> list[Any]:
+    """The ids in `balls` as a list; ParameterError if that is no list of anything."""
+    try:
+        return list(balls)  # type: ignore[call-overload, no-any-return]
+    except TypeError as error:
+        message = f"{name} {shorten(balls)} is not a list of ids"
+        raise ParameterError(message, field=name) from error
+
+
 def _decoded(snapshot: bytes) -> dict[str, Any]:
     try:
         saved = msgspec.msgpack.decode(snapshot, type=dict[str, Any])
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, TypeError) as error:
         raise RecordError(f"the snapshot is malformed: {error}", field="snapshot") from error
     if saved.get("arena") != 1 or saved.get("physics_version") != PHYSICS_VERSION:
         raise RecordError(

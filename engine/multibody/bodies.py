@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plinko.engine.errors import ParameterError
-from plinko.engine.multibody.solver.layout import body
+from plinko.engine.errors import ParameterError, shorten
+from plinko.engine.multibody.solver.layout import body, pair
 from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 from plinko.engine.multibody.solver.layout.body import Bodies
 from plinko.engine.multibody.solver.layout.pair import NeighbourList
 from plinko.engine.multibody.solver.neighbour_list import select_pairs
+from plinko.engine.parameters import number
 
 MAX_BALLS = 1_000_000
 _FIRST_ROOM = 16
@@ -51,27 +52,27 @@ ARENA_BODY = np.dtype(
 """A ball: id, m, rad, m/s, rad/s, m; whether it sleeps; whether it had an impact in the last
 step."""
 
-_SAVED_NAMES: Mapping[str, str] = {
-    "anchor": "home",
-    "neighbour_starts": "near_starts",
-    "neighbours": "near",
-}
-"""Arrays with a different name in snapshots. The bytes of snapshots must not change, because rooms'
-logs contain their digests."""
+
+def one(name: str, value: object) -> float:
+    """Return `value` as a float in the range of `name`; ParameterError otherwise."""
+    return number(value, name, *RANGES[name])
 
 
-def checked(name: str, value: object) -> Floats:
-    """Return `value` as an array of floats in the range of `name`; ParameterError otherwise."""
-    low, high = RANGES[name]
-    try:
-        found = np.atleast_1d(np.asarray(value, np.float64))
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name} {value!r:.60} is not a number", field=name) from error
-    bad = ~((found >= low) & (found <= high))  # a NaN fails too
-    if isinstance(value, bool) or found.ndim != 1 or bad.any():
-        shown = float(found[bad][0]) if found.ndim == 1 and bad.any() else value
-        raise ParameterError(f"{name} {shown!r} is not from {low:g} to {high:g}", field=name)
-    return found
+def several(name: str, values: object) -> Floats:
+    """Return numbers, or one number, as an array in the range of `name`; ParameterError otherwise.
+
+    Shape (n,).
+    """
+    if isinstance(values, np.ndarray) and values.ndim == 1 and values.dtype.kind in "fiu":
+        found = values.astype(np.float64)
+        low, high = RANGES[name]
+        bad = ~((found >= low) & (found <= high))  # a NaN fails too
+        if bad.any():
+            one(name, float(found[bad][0]))
+        return found
+    if isinstance(values, list | tuple):
+        return np.array([one(name, value) for value in values])
+    return np.array([one(name, values)])
 
 
 def check_names(values: Mapping[str, Any], known: Mapping[str, Any]) -> None:
@@ -80,7 +81,7 @@ def check_names(values: Mapping[str, Any], known: Mapping[str, Any]) -> None:
     if unknown:
         name = min(unknown)
         raise ParameterError(
-            f"{name!r:.40} is not a value of a ball: use {', '.join(known)}", field=name
+            f"{shorten(name)} is not a value of a ball: use {', '.join(known)}", field=name
         )
 
 
@@ -88,7 +89,10 @@ def no_pairs(n: int) -> NeighbourList:
     """An empty neighbour list for n balls."""
     zeros = np.zeros(n + 1, np.int32)
     none = np.zeros(0, np.int32)
-    return NeighbourList(zeros, none, np.zeros((0, 2)), zeros.copy(), none.copy())
+    return NeighbourList(
+        zeros, none, np.zeros((0, pair.IMPULSE_COLUMNS)), zeros.copy(), none.copy(),
+        zeros.copy(), none.copy(), np.zeros((0, pair.IMPULSE_COLUMNS)),
+    )  # fmt: skip
 
 
 class BallTable:
@@ -109,10 +113,10 @@ class BallTable:
     def row(self, ball: object) -> int:
         """Row of the ball with this id; ParameterError if it does not exist."""
         if isinstance(ball, int | np.integer) and not isinstance(ball, bool):
-            row = int(np.searchsorted(self.ids, ball))
+            row = int(np.searchsorted(self.ids, min(max(ball, -1), 2**31 - 1)))
             if row < self.n and self.ids[row] == ball:
                 return row
-        raise ParameterError(f"there is no ball {ball!r:.40}", field="id")
+        raise ParameterError(f"there is no ball {shorten(ball)}", field="id")
 
     def append(self, ids: Ints, values: Mapping[str, Floats]) -> None:
         """Add balls; ids: new and ascending; values: an array of that length for each of RANGES."""
@@ -133,8 +137,11 @@ class BallTable:
         marks[rows, body.NEXT_IN_ISLAND] = np.arange(first, first + count)
         self.n += count
         old = self.pairs
-        more = np.full(count, old.starts[-1], np.int32)
-        self.pairs = old._replace(starts=np.concatenate([old.starts, more]))
+        more = {
+            name: np.concatenate([starts, np.full(count, starts[-1], np.int32)])
+            for name, starts in (("starts", old.starts), ("held_starts", old.held_starts))
+        }
+        self.pairs = old._replace(**more)
         self.is_listed = False
         if first and ids[0] < self.ids[first - 1]:
             self.keep(np.argsort(self.ids, kind="stable"))
@@ -268,13 +275,10 @@ class BallTable:
     def saved(self) -> dict[str, Any]:
         """The arrays as bytes, for `load`."""
         bodies = {
-            _SAVED_NAMES.get(name, name): np.ascontiguousarray(array[: self.n]).tobytes()
+            name: np.ascontiguousarray(array[: self.n]).tobytes()
             for name, array in self.bodies._asdict().items()
         }
-        pairs = {
-            _SAVED_NAMES.get(name, name): array.tobytes()
-            for name, array in self.pairs._asdict().items()
-        }
+        pairs = {name: array.tobytes() for name, array in self.pairs._asdict().items()}
         return {"n": self.n, "bodies": bodies, "pairs": pairs, "is_listed": self.is_listed}
 
     def load(self, saved: Mapping[str, Any]) -> None:
@@ -282,17 +286,17 @@ class BallTable:
         n = self.n = saved["n"]
         self.bodies = _room_for(max(n, _FIRST_ROOM))
         for name, array in self.bodies._asdict().items():
-            parts = saved["bodies"][_SAVED_NAMES.get(name, name)]
-            # The width is given explicitly, because numpy cannot infer it if there are no balls.
-            array[:n] = np.frombuffer(parts, array.dtype).reshape(n, array.shape[1])
-        lists = {
-            name: np.frombuffer(saved["pairs"][_SAVED_NAMES.get(name, name)], np.int32).copy()
-            for name in NeighbourList._fields
-            if name != "impulse"
-        }
-        impulse = np.frombuffer(saved["pairs"]["impulse"], np.float64).reshape(-1, 2).copy()
-        self.pairs = NeighbourList(**lists, impulse=impulse)
+            array[:n] = _read(saved["bodies"][name], array)
+        self.pairs = NeighbourList(
+            **{name: _read(saved["pairs"][name], array).copy()
+               for name, array in no_pairs(0)._asdict().items()}
+        )  # fmt: skip
         self.is_listed = saved["is_listed"]
+
+
+def _read(part: bytes, like: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The rows in these bytes, of the type and width of `like`."""
+    return np.frombuffer(part, like.dtype).reshape(-1, *like.shape[1:])
 
 
 def _room_for(n: int) -> Bodies:

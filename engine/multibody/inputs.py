@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from plinko.engine.errors import ParameterError
+from plinko.engine.errors import ParameterError, shorten
 
 _HEAD = frozenset({"op", "tick"})
 
@@ -40,7 +40,7 @@ def read(
     op = entry.get("op")
     if not isinstance(op, str) or op not in operations:
         raise ParameterError(
-            f"op is {op!r:.40}: it must be one of {', '.join(operations)}", field="op"
+            f"op is {shorten(op)}: it must be one of {', '.join(operations)}", field="op"
         )
     act, required, optional = operations[op]
     types = {**required, **optional}
@@ -50,7 +50,8 @@ def read(
     for name, value in values.items():
         if name not in types:
             raise ParameterError(
-                f"{op} has no argument {name!r:.40}: use {', '.join(types) or 'none'}", field=name
+                f"{op} has no argument {shorten(name)}: use {', '.join(types) or 'none'}",
+                field=name,
             )
         try:
             msgspec.convert(value, types[name])

@@ -104,7 +104,7 @@ def expand(series: Series, mode: int, slip_sign: float, law: Law) -> None:
 
 @inner_kernel
 def normal_force(law: Law, ny: float, u: float) -> float:
-    """N per unit mass."""
+    """The normal force per unit mass, m/s^2."""
     return -law.gravity * ny - law.curvature * u * u
 
 

@@ -2,7 +2,6 @@
 
 import hashlib
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 import msgspec
@@ -20,6 +19,7 @@ from plinko.engine.parameters import (
     DEFAULT_DT,
     SolverName,
     Stepped,
+    frame_seconds,
     make_solver,
     number,
 )
@@ -269,14 +269,9 @@ class World:
         """Advance by `frame_time` seconds in whole steps; return the rest in steps, in [0, 1).
 
         This is the accumulator of a fixed time step: the next call begins with the rest, which is
-        also the alpha for `interpolated`.
+        also the alpha for `interpolated`. Raises ParameterError for more than MOST_STEPS steps.
         """
-        if not (isfinite(frame_time) and frame_time >= 0.0):
-            raise ParameterError(
-                f"frame_time {frame_time!r} is not a finite number of seconds >= 0",
-                field="frame_time",
-            )
-        self._accumulator += frame_time
+        self._accumulator += frame_seconds(frame_time, self.dt)
         while self._accumulator >= self.dt:
             self.step()
             self._accumulator -= self.dt

@@ -93,11 +93,16 @@ class Edit(_Input, frozen=True, kw_only=True, tag="edit"):
 
 class Configure(_Input, frozen=True, kw_only=True, tag="settings"):
     gravity: _Number = msgspec.UNSET
+    gravity_x: _Number = msgspec.UNSET
     drag: _Number = msgspec.UNSET
     damping: _Number = msgspec.UNSET
+    rolling: _Number = msgspec.UNSET
+    max_speed: _Number = msgspec.UNSET
     correction: _Number = msgspec.UNSET
     dt: _Number = msgspec.UNSET
     substeps: int | msgspec.UnsetType = msgspec.UNSET
+    projection: int | msgspec.UnsetType = msgspec.UNSET
+    cell: _Number = msgspec.UNSET
     density: _Number = msgspec.UNSET
     restitution: _Number = msgspec.UNSET
     friction: _Number = msgspec.UNSET

@@ -354,7 +354,7 @@ class TouchingRoom(Room):
     def diagnostics(self) -> messages.Diagnostics:
         found = self.world.arena.diagnostics()
         names = ("kinetic", "potential", "rotational", "total", "px", "py", "angular",
-                 "contacts", "penetration", "asleep", "count")  # fmt: skip
+                 "contacts", "penetration", "asleep", "count", "cell")  # fmt: skip
         return messages.Diagnostics(
             tick=self.world.tick,
             time=self.world.arena.time,

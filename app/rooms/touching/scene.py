@@ -7,10 +7,18 @@ from typing import Any, Final
 
 import msgspec
 
-from plinko.app.errors import InvalidValueError, shorten
-from plinko.app.rooms.touching.values import BALL, SETTINGS, Range, check_work, checked
+from plinko.app.errors import InvalidValueError
+from plinko.app.rooms.touching.values import (
+    BALL,
+    SETTINGS,
+    SINCE_2,
+    Range,
+    check_work,
+    checked,
+    for_arena,
+)
 from plinko.engine import Board
-from plinko.engine.errors import RecordError
+from plinko.engine.errors import RecordError, shorten
 from plinko.engine.json_text import JsonObject
 from plinko.engine.multibody.arena import Arena
 from plinko.engine.multibody.scenes import galton, sandbox
@@ -25,7 +33,7 @@ SPEED: Final = Range(0.0, 50.0, "m/s", 0.0)
 
 _GALTON: Final = Board.preset("galton")
 
-_WHOLE: Final = ("balls", "substeps")
+_WHOLE: Final = ("balls", "substeps", "projection")
 
 DEFAULTS: Final[dict[str, dict[str, object]]] = {
     SANDBOX: {
@@ -77,8 +85,11 @@ class Scene:
                 raise InvalidValueError(
                     f"scene {name!r} has no {shorten(key)}; it has: {known}", field=key
                 )
-        found = _checked({**defaults, **given}, max_balls)
+        found = dict(_checked({**defaults, **given}, max_balls))
         check_work(found["balls"], found["dt"], found["substeps"], tick_rate)
+        for later in SINCE_2:
+            if found[later] == SETTINGS[later].default:
+                del found[later]
         return cls({"scene": name, **found})
 
     @property
@@ -107,14 +118,17 @@ class Scene:
         return 0.5 * float(low + high)
 
     def build(self) -> Arena:
-        values = dict(self.values)
+        """The arena at the start.
+
+        Pegs and walls have restitution 0. An impact uses the greater of the two, so that of the
+        ball decides, also after later edits.
+        """
+        values = for_arena(self.values)
         make = sandbox if values.pop("scene") == SANDBOX else galton
         balls, seed = values.pop("balls"), parse_seed(values.pop("seed"))
         bounce = values.pop("restitution")
         if make is sandbox:
             values["radii"] = tuple(values["radii"])
-            # An impact uses the larger restitution of the two. With walls of 0 that is always the
-            # balls' value, also after later edits.
             arena = sandbox(balls, seed=seed, restitution=0.0, **values)
             arena.edit_all(restitution=bounce)
             return arena
@@ -122,6 +136,7 @@ class Scene:
         made_of = {name: values.pop(name) for name in ("density", "friction")}
         arena.configure(**values)
         arena.edit_all(restitution=bounce, **made_of)
+        arena.edit_place(restitution=0.0, friction=made_of["friction"])
         return arena
 
 
@@ -137,7 +152,7 @@ def as_kept(values: JsonObject) -> dict[str, object]:
         raise RecordError(
             f"scene {shorten(name)} is not one of: {', '.join(DEFAULTS)}", field="scene"
         )
-    differs = ", ".join(sorted(values.keys() ^ {"scene", *defaults}))
+    differs = ", ".join(sorted((values.keys() ^ {"scene", *defaults}) - {*SINCE_2}))
     if differs:
         raise RecordError(
             f"scene {name!r} must have exactly its parameters; missing or unknown: {differs}"

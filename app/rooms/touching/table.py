@@ -32,6 +32,9 @@ class Table:
         self.world.tick = tick
         self.falls: dict[int, Fall] = {}
         self.made_of = _made_of(ground)
+        # What settings change of pegs and walls too. In a scene they have no restitution.
+        on_board = isinstance(ground, Board)
+        self._shared = ("restitution", "friction") if on_board else ("friction",)
 
     def carry_out(self, asked: inputs.TouchingInput) -> list[messages.Event]:
         """Carry out an input; returns the events to announce."""
@@ -70,8 +73,7 @@ class Table:
 
     def settings(self) -> dict[str, float]:
         """The arena's settings and the default material of a ball."""
-        now = self.world.arena.settings
-        return {name: getattr(now, name) for name in values.SETTINGS} | self.made_of
+        return values.of_arena(self.world.arena.settings) | self.made_of
 
     def _configure(self, asked: inputs.Configure) -> list[messages.Event]:
         of_balls, of_room = given(asked, *values.SETTINGS), given(asked, *BALL_NAMES)
@@ -79,9 +81,12 @@ class Table:
         if of_balls:
             self.made_of.update(of_balls)
             self.world.arena.edit_all(**of_balls)
+            fixed = {name: of_balls[name] for name in self._shared if name in of_balls}
+            if fixed:
+                self.world.arena.edit_place(**fixed)
             events.append(messages.Edited(tick=self.world.tick, ball=None, **of_balls))
         if of_room:
-            self.world.arena.configure(**of_room)
+            self.world.arena.configure(**values.for_arena(of_room))
         return events
 
     def _drop(self, asked: inputs.Drop) -> messages.Accepted:

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
-from plinko.app.errors import InvalidValueError, shorten
+from plinko.app.errors import InvalidValueError
+from plinko.engine.errors import shorten
 from plinko.engine.multibody.scenes import GRAVITY_PRESETS, RESTITUTION_PRESETS
+from plinko.engine.multibody.settings import ArenaSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +52,24 @@ MOTION: Final = {
 }
 
 SETTINGS: Final = {
-    "gravity": Range(0.0, 100.0, "m/s²", 9.81),
+    "gravity": Range(-100.0, 100.0, "m/s²", 9.81),
+    "gravity_x": Range(-100.0, 100.0, "m/s²", 0.0),
     "drag": Range(0.0, 100.0, "1/s", 0.0),
     "damping": Range(0.90, 1.0, "", 1.0),
+    "rolling": Range(0.0, 1.0, "", 0.001),
+    "max_speed": Range(0.0, 1000.0, "m/s", 0.0),
     "correction": Range(0.4, 0.8, "", 0.6),
     "dt": Range(0.001, 0.1, "s", 1.0 / 60.0),
     "substeps": Range(1, 32, "", 4, whole=True),
+    "projection": Range(0, 1, "", 1, whole=True),
+    "cell": Range(0.0, 10.0, "m", 0.0),
 }
-"""Settings of a whole room. Damping is the share of the velocity kept in each step of dt."""
+"""Settings of a whole room, as in ArenaSettings. A max_speed of 0 is no limit, a cell of 0 one that
+is chosen by the balls' sizes, a projection of 0 none."""
+
+SINCE_2: Final = ("gravity_x", "rolling", "max_speed", "projection", "cell")
+"""Settings that earlier releases did not have. A scene has those that differ from the default, so
+that earlier scenes keep their digests."""
 
 PRESETS: Final = {"gravity": GRAVITY_PRESETS, "restitution": RESTITUTION_PRESETS}
 
@@ -102,6 +114,22 @@ def check_work(balls: int, dt: float, substeps: float, tick_rate: int) -> None:
             f"than {MOST_WORK}: take a longer dt, fewer substeps or fewer balls",
             field="dt",
         )
+
+
+def for_arena(settings: Mapping[str, float]) -> dict[str, Any]:
+    """Settings of a room as those of its arena."""
+    found: dict[str, Any] = dict(settings)
+    for name in ("max_speed", "cell"):
+        if name in found:
+            found[name] = found[name] or None
+    if "projection" in found:
+        found["projection"] = bool(found["projection"])
+    return found
+
+
+def of_arena(settings: ArenaSettings) -> dict[str, float]:
+    """The settings of an arena as those of its room."""
+    return {name: getattr(settings, name) or 0 for name in SETTINGS}
 
 
 def table(**usual: float) -> dict[str, dict[str, dict[str, object]]]:

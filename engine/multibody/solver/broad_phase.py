@@ -16,11 +16,12 @@ from math import sqrt
 
 import numpy as np
 
-from plinko.engine.jit.decorator import inner_kernel, lean_kernel
+from plinko.engine.jit.decorator import inner_kernel, kernel, lean_kernel
 from plinko.engine.multibody.solver.layout import body, hash_grid
 from plinko.engine.multibody.solver.layout.array_types import Counts, Floats
 from plinko.engine.multibody.solver.layout.body import Bodies
 from plinko.engine.multibody.solver.layout.hash_grid import HashGrid
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
 
 # Multipliers of the prime hash of Teschner et al., VMV 2003.
 PRIME_Y = 19349663
@@ -70,9 +71,10 @@ def _typical_speed(bodies: Bodies, n: int) -> float:
 
 
 @lean_kernel
-def _set_margins(bodies: Bodies, n: int, horizon: float, gravity: float, scale: float) -> None:
+def _set_margins(bodies: Bodies, n: int, settings: SolverSettings, scale: float) -> None:
     """Set each ball's anchor to its place, and its margin to the distance that it will probably
-    move within `horizon` seconds; scale: factor of the part that depends on speed."""
+    move within a step; scale: factor of the part that depends on speed."""
+    horizon = settings.h * settings.substeps
     anchor = bodies.anchor
     pos = bodies.pos
     vel = bodies.vel
@@ -86,7 +88,7 @@ def _set_margins(bodies: Bodies, n: int, horizon: float, gravity: float, scale: 
             continue
         vx = vel[i, body.VX]
         vy = vel[i, body.VY]
-        speed = max(1.25 * sqrt(vx * vx + vy * vy), typical) + gravity * horizon
+        speed = max(1.25 * sqrt(vx * vx + vy * vy), typical) + settings.gravity * horizon
         anchor[i, body.MARGIN] = REST_MARGIN * pos[i, body.RADIUS] + scale * speed * horizon
 
 
@@ -114,7 +116,7 @@ def _new_grid(n: int) -> HashGrid:
         buckets *= 2
     return HashGrid(
         np.empty(n, np.int32),
-        np.empty((n, hash_grid.CELL_COLUMNS), np.int32),
+        np.empty((n, hash_grid.CELL_COLUMNS), np.int64),
         np.empty(LEVELS),
         np.empty(LEVELS, np.int32),
         np.empty(LEVELS),
@@ -124,18 +126,27 @@ def _new_grid(n: int) -> HashGrid:
     )
 
 
-@lean_kernel
-def _set_levels(bodies: Bodies, n: int, grid: HashGrid, disc_radius: Floats) -> int:
-    """Compute each disc's radius and level, and the levels' data; return the number of levels.
+@kernel
+def smallest_cell(bodies: Bodies, n: int, chosen: float) -> float:
+    """The size of the smallest cells in m: the chosen one, or 0 to size them by the discs' radii.
 
-    The smallest cells are sized by the harmonic mean of the radii. Then most balls are on one
-    level, and if sizes vary, the small balls do not crowd in the cells of the large ones.
+    The harmonic mean puts most balls on one level, and if sizes vary, the small balls do not crowd
+    in the cells of the large ones.
     """
+    if chosen > 0.0:
+        return chosen
     total = 0.0
     for i in range(n):
+        total += 1.0 / (bodies.pos[i, body.RADIUS] + bodies.anchor[i, body.MARGIN])
+    return CELL * n / total
+
+
+@lean_kernel
+def _set_levels(bodies: Bodies, n: int, chosen: float, grid: HashGrid, disc_radius: Floats) -> int:
+    """Compute each disc's radius and level, and the levels' data; return the number of levels."""
+    for i in range(n):
         disc_radius[i] = bodies.pos[i, body.RADIUS] + bodies.anchor[i, body.MARGIN]
-        total += 1.0 / disc_radius[i]
-    smallest = CELL * n / total
+    smallest = smallest_cell(bodies, n, chosen)
     grid.cells_per_metre[0] = 1.0 / smallest
     for k in range(1, LEVELS):
         grid.cells_per_metre[k] = 0.5 * grid.cells_per_metre[k - 1]
@@ -333,9 +344,7 @@ def _query_all(grid: HashGrid, total: int, levels: int, found: Counts) -> int:
 
 
 @inner_kernel
-def find_pairs(
-    bodies: Bodies, n: int, horizon: float, gravity: float
-) -> tuple[Counts, int, Floats]:
+def find_pairs(bodies: Bodies, n: int, settings: SolverSettings) -> tuple[Counts, int, Floats]:
     """Set margins and find the pairs of balls that may touch.
 
     Returns an array with a row for each pair, the ranks of owner and other; the number of rows, in
@@ -346,8 +355,8 @@ def find_pairs(
     found = np.empty((4 * n + 64, 2), np.int64)
     scale = 1.0
     while True:
-        _set_margins(bodies, n, horizon, gravity, scale)
-        levels = _set_levels(bodies, n, grid, disc_radius)
+        _set_margins(bodies, n, settings, scale)
+        levels = _set_levels(bodies, n, settings.cell, grid, disc_radius)
         total = _fill_buckets(bodies, n, grid, disc_radius)
         limit = PAIRS_PER_BALL * n + 4096 if scale > 1.0e-6 else 2147483647
         count = _query_all(grid, total, levels, found)

@@ -60,8 +60,16 @@ def restitution_threshold(
 
 
 @lean_kernel
-def mix_materials(surface: Floats, items: Floats, a: int, b: int) -> tuple[float, float]:
-    """A pair's restitution (the larger) and friction coefficient (the geometric mean)."""
+def pair_restitution(one: float, other: float, lesser: bool) -> float:
+    """The restitution of a pair: the greater of the two, or the lesser."""
+    return min(one, other) if lesser else max(one, other)
+
+
+@lean_kernel
+def mix_materials(
+    surface: Floats, items: Floats, a: int, b: int, lesser: bool
+) -> tuple[float, float]:
+    """A pair's restitution, and its friction coefficient, the geometric mean of the two."""
     restitution = surface[a, body.RESTITUTION]
     mu = surface[a, body.FRICTION]
     if b >= 0:
@@ -72,7 +80,7 @@ def mix_materials(surface: Floats, items: Floats, a: int, b: int) -> tuple[float
         nu = items[-1 - b, shape.FRICTION]
     if mu != nu:
         mu = sqrt(mu * nu)
-    return max(restitution, other), mu
+    return pair_restitution(restitution, other, lesser), mu
 
 
 @lean_kernel
@@ -137,6 +145,7 @@ def prepare_contacts(
             if dd >= touch_distance * touch_distance and impulse[k, pair.NORMAL] != 0.0:
                 impulse[k, pair.NORMAL] = 0.0
                 impulse[k, pair.TANGENT] = 0.0
+                impulse[k, pair.TORQUE] = 0.0
             if not _may_touch(vel, a, partner, dx, dy, touch_distance, settings):
                 continue
             if b >= 0 and marks[b, body.FLAGS] & (body.ASLEEP | body.GONE):
@@ -154,7 +163,7 @@ def prepare_contacts(
                 push = correction * (-gap - SLOP * small)
                 share = wa * mass if b >= 0 else 1.0
                 push_apart(pos, push_left, a, partner, nx, ny, push, share)
-            restitution, friction = mix_materials(bodies.surface, items, a, b)
+            restitution, friction = mix_materials(bodies.surface, items, a, b, settings.lesser)
             if impulse[k, pair.NORMAL] == 0.0:
                 approach = (vel[partner, body.VX] - vel[a, body.VX]) * nx
                 approach += (vel[partner, body.VY] - vel[a, body.VY]) * ny
@@ -171,6 +180,12 @@ def prepare_contacts(
             rows[count, contact.FRICTION] = friction
             rows[count, contact.NORMAL_IMPULSE] = impulse[k, pair.NORMAL]
             rows[count, contact.TANGENT_IMPULSE] = impulse[k, pair.TANGENT]
+            rows[count, contact.TORQUE_IMPULSE] = impulse[k, pair.TORQUE]
+            over_a = 1.0 / pos[a, body.RADIUS]
+            over_b = 1.0 / pos[b, body.RADIUS] if b >= 0 else 0.0
+            rows[count, contact.OVER_A] = over_a
+            rows[count, contact.OVER_B] = over_b
+            rows[count, contact.ROLLING] = settings.rolling / (over_a + over_b)
             ends[count, contact.A] = a
             ends[count, contact.B] = partner
             ends[count, contact.PAIR] = k
@@ -196,17 +211,66 @@ def _apply(
 
 
 @lean_kernel
+def _turn(vel: Floats, a: int, b: int, over_a: float, over_b: float, torque: float) -> None:
+    """Apply the impulse of a torque to a and its opposite to b."""
+    vel[a, body.RIM_SPEED] += 2.0 * vel[a, body.INVERSE_MASS] * over_a * torque
+    vel[b, body.RIM_SPEED] -= 2.0 * vel[b, body.INVERSE_MASS] * over_b * torque
+
+
+@lean_kernel
+def _apply_all(vel: Floats, contacts: Contacts, c: int, factor: float) -> None:
+    """Apply `factor` times the accumulated impulses of a contact."""
+    rows = contacts.rows
+    a = contacts.ends[c, contact.A]
+    b = contacts.ends[c, contact.B]
+    _apply(
+        vel, a, b, rows[c, contact.NORMAL_X], rows[c, contact.NORMAL_Y],
+        factor * rows[c, contact.NORMAL_IMPULSE], factor * rows[c, contact.TANGENT_IMPULSE],
+    )  # fmt: skip
+    if rows[c, contact.TORQUE_IMPULSE] != 0.0:
+        torque = factor * rows[c, contact.TORQUE_IMPULSE]
+        _turn(vel, a, b, rows[c, contact.OVER_A], rows[c, contact.OVER_B], torque)
+
+
+@lean_kernel
 def warm_start(vel: Floats, count: int, contacts: Contacts) -> None:
     """Apply each contact's impulse of the last substep."""
-    ends = contacts.ends
+    for c in range(count):
+        if contacts.rows[c, contact.NORMAL_IMPULSE] > 0.0:
+            _apply_all(vel, contacts, c, 1.0)
+
+
+@lean_kernel
+def _resist_rolling(vel: Floats, rows: Floats, c: int, a: int, b: int, load: float) -> None:
+    """Reduce the rolling of a contact, omega_a - omega_b, to 0 by a torque that the load limits.
+
+    The torque is at most c N R with the coefficient c and 1 / R = 1 / R_a + 1 / R_b. So a ball that
+    rolls on a plane slows down by c g (2/3), as friction passes the torque on to its velocity, and
+    one on a slope of less than c rests.
+    """
+    over_a = rows[c, contact.OVER_A]
+    over_b = rows[c, contact.OVER_B]
+    spin = vel[a, body.RIM_SPEED] * over_a - vel[b, body.RIM_SPEED] * over_b
+    inertia = vel[a, body.INVERSE_MASS] * over_a * over_a
+    inertia += vel[b, body.INVERSE_MASS] * over_b * over_b
+    before = rows[c, contact.TORQUE_IMPULSE]
+    torque = before - spin / (2.0 * inertia)
+    limit = rows[c, contact.ROLLING] * load
+    torque = torque if torque < limit else limit
+    torque = torque if torque > -limit else -limit
+    rows[c, contact.TORQUE_IMPULSE] = torque
+    _turn(vel, a, b, over_a, over_b, torque - before)
+
+
+@lean_kernel
+def take_back(vel: Floats, count: int, contacts: Contacts) -> None:
+    """Take all impulses of this substep back."""
     rows = contacts.rows
     for c in range(count):
-        if rows[c, contact.NORMAL_IMPULSE] > 0.0:
-            _apply(
-                vel, ends[c, contact.A], ends[c, contact.B],
-                rows[c, contact.NORMAL_X], rows[c, contact.NORMAL_Y],
-                rows[c, contact.NORMAL_IMPULSE], rows[c, contact.TANGENT_IMPULSE],
-            )  # fmt: skip
+        _apply_all(vel, contacts, c, -1.0)
+        rows[c, contact.NORMAL_IMPULSE] = 0.0
+        rows[c, contact.TANGENT_IMPULSE] = 0.0
+        rows[c, contact.TORQUE_IMPULSE] = 0.0
 
 
 @lean_kernel
@@ -214,9 +278,9 @@ def solve_contacts(vel: Floats, count: int, contacts: Contacts) -> float:
     """One pass over the contacts: stop each approach, with Coulomb friction.
 
     The normal impulse j_n >= 0 makes v_n >= -gap / h. The tangential impulse, |j_t| <= mu j_n,
-    reduces slip = (v_a - v_b).t - omega_a R_a - omega_b R_b to 0. The bounds apply to the impulses
-    accumulated over all passes. Returns the largest change of an approach in m/s, which measures
-    how far the impulses were from the solution.
+    reduces slip = (v_a - v_b).t - omega_a R_a - omega_b R_b to 0. With friction, a torque reduces
+    rolling. The bounds apply to the impulses accumulated over all passes. Returns the largest
+    change of an approach in m/s, which measures how far the impulses were from the solution.
 
     The pass takes contacts from STRETCHES parts of the list in turn. Consecutive contacts in the
     list usually share a ball, so the processor would have to finish one before it begins the next.
@@ -250,8 +314,11 @@ def solve_contacts(vel: Floats, count: int, contacts: Contacts) -> float:
             tangent = tangent if tangent < limit else limit
             tangent = tangent if tangent > -limit else -limit
             rows[c, contact.TANGENT_IMPULSE] = tangent
+        load = normal
         normal -= before
         _apply(vel, a, b, nx, ny, normal, tangent - was)
+        if friction > 0.0 and rows[c, contact.ROLLING] > 0.0:
+            _resist_rolling(vel, rows, c, a, b, load)
         change = abs(normal) * (vel[a, body.INVERSE_MASS] + vel[b, body.INVERSE_MASS])
         largest = change if change > largest else largest
     return largest
@@ -264,3 +331,4 @@ def store_impulses(pairs: NeighbourList, count: int, contacts: Contacts) -> None
         k = contacts.ends[c, contact.PAIR]
         pairs.impulse[k, pair.NORMAL] = contacts.rows[c, contact.NORMAL_IMPULSE]
         pairs.impulse[k, pair.TANGENT] = contacts.rows[c, contact.TANGENT_IMPULSE]
+        pairs.impulse[k, pair.TORQUE] = contacts.rows[c, contact.TORQUE_IMPULSE]

@@ -2,7 +2,8 @@
 
 It is a Verlet list (Verlet, Phys. Rev. 1967), valid as long as no ball is farther than its margin
 from its anchor, its place at the last rebuild. A new list takes over the impulses of the old one
-for the warm start.
+for the warm start. Pairs of sleepers are not listed; their impulses are held until they wake, so
+that a pile wakes with the forces with which it fell asleep.
 """
 
 import numpy as np
@@ -14,6 +15,7 @@ from plinko.engine.multibody.solver.layout.array_types import Counts, Floats, In
 from plinko.engine.multibody.solver.layout.body import Bodies
 from plinko.engine.multibody.solver.layout.pair import NeighbourList
 from plinko.engine.multibody.solver.layout.shape import StaticShapes
+from plinko.engine.multibody.solver.layout.solver_settings import SolverSettings
 from plinko.engine.multibody.solver.narrow_phase import from_closest_point
 
 
@@ -138,13 +140,13 @@ def _list_all(
 
 @inner_kernel
 def list_pairs(
-    bodies: Bodies, n: int, statics: StaticShapes, horizon: float, gravity: float
+    bodies: Bodies, n: int, statics: StaticShapes, settings: SolverSettings
 ) -> tuple[Ints, Ints, Ints]:
     """Set margins and list the pairs that may touch: starts (n + 1,), owners and others (p,).
 
     Each ball's others are sorted, so no result depends on the order of balls within a cell.
     """
-    found, count, disc_radius = find_pairs(bodies, n, horizon, gravity)
+    found, count, disc_radius = find_pairs(bodies, n, settings)
     ends = np.empty(n + 1, np.int32)
     others = np.empty(count, np.int32)
     _sort_by_owner(found, count, np.empty(count, np.int32), ends, others)
@@ -174,22 +176,65 @@ def _find(starts: Ints, other: Ints, a: int, b: int) -> int:
 
 
 @lean_kernel
-def _carry_over_impulses(old: NeighbourList, starts: Ints, other: Ints, impulse: Floats) -> None:
+def _carry_over_impulses(
+    old_starts: Ints, old_other: Ints, old_impulse: Floats, starts: Ints, other: Ints,
+    impulse: Floats,
+) -> None:  # fmt: skip
     """Copy the impulses of the old list's pairs that the new list has too."""
-    old_starts = old.starts
-    old_other = old.other
-    old_impulse = old.impulse
     for a in range(len(starts) - 1):
         for was in range(old_starts[a], old_starts[a + 1]):
             if old_impulse[was, pair.NORMAL] == 0.0:
                 continue
             b = old_other[was]
+            torque = old_impulse[was, pair.TORQUE]
             k = _find(starts, other, a, b)
             if k < 0 and b >= 0:
                 k = _find(starts, other, b, a)
+                torque = -torque  # it acts on the owner
             if k >= 0:
                 impulse[k, pair.NORMAL] = old_impulse[was, pair.NORMAL]
                 impulse[k, pair.TANGENT] = old_impulse[was, pair.TANGENT]
+                impulse[k, pair.TORQUE] = torque
+
+
+@lean_kernel
+def _hold_impulses(
+    marks: Ints, a: int, starts: Ints, other: Ints, impulse: Floats, held_other: Ints,
+    held_impulse: Floats, count: int,
+) -> int:  # fmt: skip
+    """Append a sleeping ball's pairs with an impulse whose other ball sleeps too, or is fixed."""
+    for k in range(starts[a], starts[a + 1]):
+        b = other[k]
+        if impulse[k, pair.NORMAL] != 0.0 and (b < 0 or marks[b, body.FLAGS] & body.ASLEEP):
+            held_other[count] = b
+            held_impulse[count, pair.NORMAL] = impulse[k, pair.NORMAL]
+            held_impulse[count, pair.TANGENT] = impulse[k, pair.TANGENT]
+            held_impulse[count, pair.TORQUE] = impulse[k, pair.TORQUE]
+            count += 1
+    return count
+
+
+@inner_kernel
+def _hold_all(marks: Ints, n: int, old: NeighbourList) -> tuple[Ints, Ints, Floats]:
+    """The pairs of sleepers, from the old list and from those that it held: see `NeighbourList`."""
+    starts = np.zeros(n + 1, np.int32)
+    asleep = 0
+    for a in range(n):
+        asleep += int(marks[a, body.FLAGS] & body.ASLEEP != 0)
+    room = len(old.other) + len(old.held_other) if asleep > 0 else 0
+    other = np.empty(room, np.int32)
+    impulse = np.empty((room, pair.IMPULSE_COLUMNS))
+    count = 0
+    for a in range(n):
+        if marks[a, body.FLAGS] & body.ASLEEP:
+            count = _hold_impulses(
+                marks, a, old.starts, old.other, old.impulse, other, impulse, count
+            )
+            count = _hold_impulses(
+                marks, a, old.held_starts, old.held_other, old.held_impulse, other, impulse, count
+            )
+        starts[a + 1] = count
+    return starts, other[:count].copy(), impulse[:count].copy()
 
 
 @lean_kernel
@@ -217,23 +262,25 @@ def _list_neighbours(
 
 @kernel
 def rebuild(
-    bodies: Bodies, n: int, statics: StaticShapes, old: NeighbourList, horizon: float,
-    gravity: float,
-) -> tuple[NeighbourList, Ints]:  # fmt: skip
-    """Return a new neighbour list with the impulses of the old one, and the owner of each pair.
-
-    Its margins are for the distances that balls probably move within `horizon` seconds.
-    """
-    starts, owner, other = list_pairs(bodies, n, statics, horizon, gravity)
+    bodies: Bodies, n: int, statics: StaticShapes, old: NeighbourList, settings: SolverSettings
+) -> tuple[NeighbourList, Ints]:
+    """Return a new neighbour list with the impulses of the old one, and the owner of each pair."""
+    starts, owner, other = list_pairs(bodies, n, statics, settings)
     fixed = 0
     for k in range(len(other)):
         fixed += int(other[k] < 0)
-    impulse = np.zeros((len(other), 2))
-    _carry_over_impulses(old, starts, other, impulse)
+    impulse = np.zeros((len(other), pair.IMPULSE_COLUMNS))
+    _carry_over_impulses(old.starts, old.other, old.impulse, starts, other, impulse)
+    _carry_over_impulses(old.held_starts, old.held_other, old.held_impulse, starts, other, impulse)
     neighbour_starts = np.zeros(n + 2, np.int32)
     neighbours = np.empty(2 * len(other) - fixed, np.int32)
     _list_neighbours(starts, owner, other, neighbour_starts, neighbours)
-    return NeighbourList(starts, other, impulse, neighbour_starts[: n + 1], neighbours), owner
+    held_starts, held_other, held_impulse = _hold_all(bodies.marks, n, old)
+    pairs = NeighbourList(
+        starts, other, impulse, neighbour_starts[: n + 1], neighbours,
+        held_starts, held_other, held_impulse,
+    )  # fmt: skip
+    return pairs, owner
 
 
 @inner_kernel
@@ -247,30 +294,46 @@ def owners(pairs: NeighbourList) -> Ints:
     return owner
 
 
+@inner_kernel
+def _select(
+    starts: Ints, other: Ints, impulse: Floats, target: Ints, n: int
+) -> tuple[Ints, Ints, Floats]:
+    """The pairs between the n balls that remain; target: as in `select_pairs`."""
+    new_starts = np.zeros(n + 1, np.int32)
+    for row in range(len(target)):
+        if target[row] >= 0:
+            for k in range(starts[row], starts[row + 1]):
+                if other[k] < 0 or target[other[k]] >= 0:
+                    new_starts[target[row] + 1] += 1
+    for row in range(n):
+        new_starts[row + 1] += new_starts[row]
+    new_other = np.empty(new_starts[n], np.int32)
+    new_impulse = np.empty((new_starts[n], pair.IMPULSE_COLUMNS))
+    for row in range(len(target)):
+        if target[row] >= 0:
+            at = new_starts[target[row]]
+            for k in range(starts[row], starts[row + 1]):
+                partner = other[k]
+                if partner < 0 or target[partner] >= 0:
+                    new_other[at] = partner if partner < 0 else target[partner]
+                    new_impulse[at, pair.NORMAL] = impulse[k, pair.NORMAL]
+                    new_impulse[at, pair.TANGENT] = impulse[k, pair.TANGENT]
+                    new_impulse[at, pair.TORQUE] = impulse[k, pair.TORQUE]
+                    at += 1
+    return new_starts, new_other, new_impulse
+
+
 @kernel
 def select_pairs(pairs: NeighbourList, target: Ints, n: int) -> NeighbourList:
     """The pairs between the n balls that remain; their impulses start the next list.
 
     target: the new row of each old one, -1 if removed. The result lists no neighbours.
     """
-    starts = np.zeros(n + 1, np.int32)
-    for row in range(len(target)):
-        if target[row] >= 0:
-            for k in range(pairs.starts[row], pairs.starts[row + 1]):
-                if pairs.other[k] < 0 or target[pairs.other[k]] >= 0:
-                    starts[target[row] + 1] += 1
-    for row in range(n):
-        starts[row + 1] += starts[row]
-    other = np.empty(starts[n], np.int32)
-    impulse = np.empty((starts[n], 2))
-    for row in range(len(target)):
-        if target[row] >= 0:
-            at = starts[target[row]]
-            for k in range(pairs.starts[row], pairs.starts[row + 1]):
-                partner = pairs.other[k]
-                if partner < 0 or target[partner] >= 0:
-                    other[at] = partner if partner < 0 else target[partner]
-                    impulse[at, pair.NORMAL] = pairs.impulse[k, pair.NORMAL]
-                    impulse[at, pair.TANGENT] = pairs.impulse[k, pair.TANGENT]
-                    at += 1
-    return NeighbourList(starts, other, impulse, np.zeros(n + 1, np.int32), np.empty(0, np.int32))
+    starts, other, impulse = _select(pairs.starts, pairs.other, pairs.impulse, target, n)
+    held_starts, held_other, held_impulse = _select(
+        pairs.held_starts, pairs.held_other, pairs.held_impulse, target, n
+    )
+    return NeighbourList(
+        starts, other, impulse, np.zeros(n + 1, np.int32), np.empty(0, np.int32),
+        held_starts, held_other, held_impulse,
+    )  # fmt: skip

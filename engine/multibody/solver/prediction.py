@@ -3,7 +3,7 @@
 from math import inf, sqrt
 
 from plinko.engine.jit.decorator import lean_kernel
-from plinko.engine.multibody.solver.contact_solver import restitution_threshold
+from plinko.engine.multibody.solver.contact_solver import pair_restitution, restitution_threshold
 from plinko.engine.multibody.solver.layout import body, shape, sweep
 from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 from plinko.engine.multibody.solver.layout.pair import NeighbourList
@@ -56,7 +56,9 @@ def _static_impact(
     dy = y - items[item, shape.Y1]
     length = items[item, shape.LENGTH]
     distance = radius + items[item, shape.RADIUS]
-    restitution = max(path[i, sweep.RESTITUTION], items[item, shape.RESTITUTION])
+    restitution = pair_restitution(
+        path[i, sweep.RESTITUTION], items[item, shape.RESTITUTION], settings.lesser
+    )
     threshold = restitution_threshold(restitution, settings.gravity, settings.h, vx, vy, 0.0, 0.0)
     tx = items[item, shape.TX]
     ty = items[item, shape.TY]
@@ -85,7 +87,9 @@ def _ball_impact(
     threshold = 0.0
     slack = 0.0
     if path[b, sweep.STATUS] == sweep.AWAKE:
-        restitution = max(path[a, sweep.RESTITUTION], path[b, sweep.RESTITUTION])
+        restitution = pair_restitution(
+            path[a, sweep.RESTITUTION], path[b, sweep.RESTITUTION], settings.lesser
+        )
         threshold = restitution_threshold(
             restitution, settings.gravity, settings.h,
             path[a, sweep.VX], path[a, sweep.VY], path[b, sweep.VX], path[b, sweep.VY],

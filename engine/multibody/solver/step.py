@@ -1,9 +1,9 @@
 """One step of balls that touch each other, and the order of its phases. Start here.
 
     for each substep of h seconds:
+        wake           islands.py: sleeping islands that an awake ball touches wake up
         velocities     drag and gravity over h; places follow from the new velocities
                        (semi-implicit Euler)
-        wake           islands.py: sleeping islands that an awake ball touches wake up
         contacts       contact_solver.py: impulses that stop slow approaches, as in piles
         impacts        time_of_impact_loop.py: balls move, and fast approaches rebound,
                        impact by impact in the order of time
@@ -29,6 +29,7 @@ from plinko.engine.multibody.solver.contact_solver import (
     prepare_contacts,
     solve_contacts,
     store_impulses,
+    take_back,
     warm_start,
 )
 from plinko.engine.multibody.solver.islands import (
@@ -58,6 +59,14 @@ CONVERGED = 0.02
 """Largest change of an approach by which a pass is the last, as a fraction of the speed that
 gravity adds in a substep."""
 
+TAMED = 16.0
+"""As CONVERGED, after CONTACT_PASSES. The impulse that carries a heavy ball throws a far lighter
+one if the light ball has lost another contact, and few passes would leave it some of that speed."""
+
+MOST_PASSES = 32
+"""Most passes if the change is not TAMED. The last CONTACT_PASSES begin without the impulses of the
+last substep: from there, no pass adds energy."""
+
 
 @lean_kernel
 def _integrate_velocities(
@@ -67,8 +76,8 @@ def _integrate_velocities(
     for i in range(n):
         if bodies.marks[i, body.FLAGS] & (body.ASLEEP | body.GONE):
             continue
-        vx = bodies.vel[i, body.VX] * decay
-        vy = bodies.vel[i, body.VY] * decay + settings.gravity * gain
+        vx = bodies.vel[i, body.VX] * decay + settings.gravity_x * gain
+        vy = bodies.vel[i, body.VY] * decay + settings.gravity_y * gain
         if settings.max_speed < inf:
             speed = sqrt(vx * vx + vy * vy)
             if speed > settings.max_speed:
@@ -122,10 +131,13 @@ def _solve_contacts(
     """Run the contact solver for one substep."""
     count = prepare_contacts(bodies, n, pairs, statics, settings, push_left, contacts)
     warm_start(bodies.vel, count, contacts)
-    for _ in range(CONTACT_PASSES):
+    gained = settings.gravity * settings.h
+    for passes in range(1, MOST_PASSES + 1):
         change = solve_contacts(bodies.vel, count, contacts)
-        if change <= CONVERGED * settings.gravity * settings.h:
+        if change <= (CONVERGED if passes < CONTACT_PASSES else TAMED) * gained:
             break
+        if passes == MOST_PASSES - CONTACT_PASSES:
+            take_back(bodies.vel, count, contacts)
     store_impulses(pairs, count, contacts)
 
 
@@ -141,7 +153,6 @@ def step_balls(
     is_listed: whether `pairs` is valid for these balls; if not, only its impulses are used.
     """
     decay, gain, _ = basis(settings.drag, settings.h)
-    horizon = settings.h * settings.substeps
     least_threshold = _least_threshold(bodies, n, statics, settings)
     asleep = _begin(bodies, n, log)
     if asleep == n:
@@ -149,24 +160,25 @@ def step_balls(
     if is_listed:
         owner = owners(pairs)
     else:
-        pairs, owner = rebuild(bodies, n, statics, pairs, horizon, settings.gravity)
+        pairs, owner = rebuild(bodies, n, statics, pairs, settings)
     push_left = np.empty(n)
     sweeps = new_sweeps(n)
     contacts = new_contacts(pairs)
     if settings.damping != 1.0:
         _damp(bodies, n, settings.damping)
     for k in range(settings.substeps):
-        _integrate_velocities(bodies, n, settings, decay, gain)
         if asleep > 0 and wake_touched(bodies, n, pairs, statics):
-            pairs, owner = rebuild(bodies, n, statics, pairs, horizon, settings.gravity)
+            pairs, owner = rebuild(bodies, n, statics, pairs, settings)
+        _integrate_velocities(bodies, n, settings, decay, gain)
         if len(contacts.rows) < len(pairs.other):
             contacts = new_contacts(pairs)
         _solve_contacts(bodies, n, pairs, statics, settings, push_left, contacts)
         pairs, owner = take_impacts(
             bodies, n, pairs, owner, statics, settings, k * settings.h, least_threshold, sweeps, log
         )
-    project_positions(bodies, n, pairs, statics, push_left)
+    if settings.projecting:
+        project_positions(bodies, n, pairs, statics, push_left)
     may_sleep = settings.sleep_steps > 0 and count_still_steps(bodies, n, settings) > 0
     if may_sleep and put_islands_to_sleep(bodies, n, pairs, statics, settings):
-        pairs, _ = rebuild(bodies, n, statics, pairs, horizon, settings.gravity)
+        pairs, _ = rebuild(bodies, n, statics, pairs, settings)
     return pairs

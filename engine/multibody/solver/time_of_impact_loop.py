@@ -138,7 +138,7 @@ def _take_from_tree(
             if may_rebuild:
                 return STALE, now
             advance(bodies, sweeps, bins_y, i, now, start, log)
-            freeze(bodies.vel, state, i, False, settings.gravity, h - now)
+            freeze(bodies.vel, state, i, False, settings, h - now)
             state[i, sweep.VERSION] += 1
             restart_sweep(bodies, sweeps, i, now)
         elif j < 0 or state[j, sweep.VERSION] == predicted[i, sweep.PARTNER_VERSION]:
@@ -185,12 +185,10 @@ def take_impacts(
     thresholds. Returns the neighbour list and its owners, rebuilt if balls left their margins or
     an island woke.
     """
-    gravity = settings.gravity
     h = settings.h
-    horizon = h * settings.substeps
     may_expire = beyond_margin(bodies, n, h)
     if may_expire:
-        pairs, owner = rebuild(bodies, n, statics, pairs, horizon, gravity)
+        pairs, owner = rebuild(bodies, n, statics, pairs, settings)
     sweeps.state[:] = 0
     now = 0.0
     rebuilds = 0
@@ -209,7 +207,7 @@ def take_impacts(
         if why == DONE:
             break
         advance_all(bodies, n, sweeps, statics.bins_y, now, start, log)
-        pairs, owner = rebuild(bodies, n, statics, pairs, horizon, gravity)
+        pairs, owner = rebuild(bodies, n, statics, pairs, settings)
         candidates = np.empty(len(owner) + 1, np.int32)
         may_expire = True
         rebuilds += 1

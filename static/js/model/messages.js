@@ -37,7 +37,7 @@
  * @typedef {{scene: SceneForm | null, place: StaticGeometry, settings: Settings, paused: boolean,
  *   owned: boolean, balls: BallColumns, presets: Record<string, Record<string, number>>}} Arena
  * @typedef {{walls: Wall[], pegs: Peg[], bins?: Bins | null}} StaticGeometry
- * @typedef {Record<string, number> & {gravity: number, drag: number}} Settings of world and
+ * @typedef {Record<string, number> & {gravity: number, gravity_x: number, drag: number}} Settings of world and
  *   solver, in a room whose balls touch each other
  * @typedef {{ball: number[], radius: number[], density: number[], restitution: number[],
  *   friction: number[]}} BallColumns ball i is ball[i], radius[i], …
@@ -138,6 +138,7 @@
  * @property {number} angular kg m²/s
  * @property {number} contacts
  * @property {number} penetration the deepest, m
+ * @property {number} cell size of the broad phase's smallest cells, m
  * @property {number} asleep
  * @property {number} count balls
  *

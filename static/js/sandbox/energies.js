@@ -6,21 +6,25 @@ import { fixed, seconds } from "../util/format.js";
 import { figure, prefixed } from "../util/scale.js";
 
 /** @import { Plot } from "../instruments/chart.js" */
-/** @import { Diagnostics } from "../model/messages.js" */
+/** @import { Diagnostics, Extent } from "../model/messages.js" */
 
 const SPAN = 30; // s on the plot
 
 /** @typedef {Record<"t" | "kinetic" | "rotational" | "potential" | "total", number>} Energies s and J */
 
 /**
- * Computes the energies, with potential energy 0 at the floor. Pure.
+ * Computes the energies, with potential energy 0 where gravity leads to: the floor, or a corner. Pure.
  * @param {Pick<Diagnostics, "time" | "kinetic" | "potential" | "rotational">} diagnostics
- * @param {number} weight of all balls, N
- * @param {number} floor y of the floor, m
+ * @param {number} mass of all balls, kg
+ * @param {{gravity: number, gravity_x: number}} settings
+ * @param {Extent} extent of the box
  * @returns {Energies}
  */
-export function energies({ time, kinetic, potential, rotational }, weight, floor) {
-  const height = potential + weight * floor;
+export function energies({ time, kinetic, potential, rotational }, mass, settings, extent) {
+  const { gravity: down, gravity_x: across } = settings;
+  const deepest = Math.max(down * extent.y_min, down * extent.y_max)
+    + Math.max(across * extent.x_min, across * extent.x_max);
+  const height = potential + mass * deepest;
   return { t: time, kinetic, rotational, potential: height, total: kinetic + rotational + height };
 }
 
@@ -89,6 +93,7 @@ export function showFacts(list, event, row) {
     ["fact.angular", `${steady(event.angular)} kg m²/s`],
     ["fact.contacts", String(event.contacts)],
     ["fact.deepest-overlap", `${figure(Number((1000 * event.penetration).toPrecision(3)))} mm`],
+    ["fact.cell", `${figure(Number((1000 * event.cell).toPrecision(3)))} mm`],
     ["fact.asleep", t("fact.asleep-of", { n: event.asleep, all: event.count })],
     ["fact.time", seconds(event.time)],
   ]);

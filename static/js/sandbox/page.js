@@ -222,8 +222,8 @@ export class SandboxPage {
 
   /** @param {Diagnostics} event */
   #measured(event) {
-    const weight = massOf(this.room.made.values()) * this.room.settings.gravity;
-    const row = energies(event, weight, this.view.extent.y_max);
+    const mass = massOf(this.room.made.values());
+    const row = energies(event, mass, this.room.settings, this.view.extent);
     this.history.add(row);
     this.chart.set(this.history.plot());
     showFacts(byId("facts"), event, row);

@@ -42,7 +42,7 @@ export class SandboxRoom {
   hello = null;
   paused = false;
   /** @type {Settings} */
-  settings = { gravity: 0, drag: 0 };
+  settings = { gravity: 0, gravity_x: 0, drag: 0 };
   /** Radius and material of each ball. @type {Map<number, BallKind>} */
   made = new Map();
   #clock = new TickClock({ rate: 60 });
@@ -206,7 +206,7 @@ export class SandboxRoom {
   #setSettings({ settings, paused }) {
     this.settings = settings;
     this.paused = paused;
-    this.#law = { gravity: settings.gravity, drag: settings.drag };
+    this.#law = { gravity: settings.gravity, across: settings.gravity_x, drag: settings.drag };
     this.#setState(paused ? "paused" : "live");
   }
 

@@ -7,11 +7,15 @@ import { rounded } from "../util/format.js";
 
 /** @type {Dial[]} */
 export const WORLD = [
-  { name: "gravity", label: t("word.gravity"), low: 0, high: 30, step: 0.01, unit: "m/s²" },
+  { name: "gravity", label: t("word.gravity"), low: -30, high: 30, step: 0.01, unit: "m/s²" },
+  { name: "gravity_x", label: t("box.gravity-x"), low: -30, high: 30, step: 0.01, unit: "m/s²", rare: true },
   { name: "restitution", label: t("box.bounce"), low: 0, high: 1, step: 0.005, unit: "" },
   { name: "friction", label: t("box.friction"), low: 0, high: 1, step: 0.01, unit: "", rare: true },
   { name: "density", label: t("box.density"), low: 1, high: 10000, log: true, unit: "kg/m²", rare: true },
   { name: "drag", label: t("box.drag"), low: 0, high: 3, step: 0.01, unit: "1/s", rare: true },
+  { name: "rolling", label: t("box.rolling"), low: 0, high: 0.1, step: 0.001, unit: "", rare: true },
+  { name: "max_speed", label: t("box.max-speed"), low: 0, high: 50, step: 0.5, unit: "m/s", rare: true,
+    show: (value) => (value ? `${value} m/s` : t("box.no-limit")) },
   { name: "damping", label: t("box.damping"), low: 0.9, high: 1, step: 0.001, unit: t("box.a-step"), rare: true },
 ];
 
@@ -21,6 +25,10 @@ export const SOLVER = [
     show: (value) => `${rounded(1000 * value, 3)} ms` },
   { name: "substeps", label: t("box.substeps"), low: 1, high: 32, step: 1, unit: t("box.a-step") },
   { name: "correction", label: t("box.correction"), low: 0.4, high: 0.8, step: 0.01, unit: "" },
+  { name: "projection", label: t("box.projection"), low: 0, high: 1, step: 1, unit: "",
+    show: (value) => (value ? t("box.on") : t("box.off")) },
+  { name: "cell", label: t("box.cell"), low: 0, high: 2, step: 0.01, unit: "m",
+    show: (value) => (value ? `${rounded(value, 2)} m` : t("box.cell-chosen")) },
 ];
 
 /** @type {Dial[]} */

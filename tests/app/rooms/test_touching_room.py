@@ -15,7 +15,7 @@ from plinko.app.rooms.pending import DropCommand, PendingInput
 from plinko.app.rooms.records import InputRow
 from plinko.app.rooms.touching.checks import MOST_OVERLAPS
 from plinko.app.rooms.touching.room import TouchingRoom
-from plinko.app.rooms.touching.scene import Scene
+from plinko.app.rooms.touching.scene import Scene, as_kept
 from plinko.app.rooms.touching.values import BALL, MOST_WORK, SETTINGS
 from plinko.engine import Board, RecordError
 from plinko.engine.errors import PlinkoError
@@ -132,6 +132,42 @@ def test_settings_and_edits_are_sent_and_take_effect() -> None:
     (placed,) = tell(room, "add", x=0.0, y=0.5)
     assert isinstance(placed, messages.Placed)
     assert placed.restitution == edited.restitution, "new balls are as the sliders say"
+
+
+def test_one_slider_sets_the_material_of_every_pair() -> None:
+    for room in (box(balls=3), table()):
+        tell(room, "settings", restitution=0.05, friction=0.7)
+        place = room.world.place
+        assert place.wall_material.friction == place.peg_material.friction == 0.7
+        # A pair has the greater of its two. The box has no pegs.
+        assert place.wall_material.restitution <= 0.05
+        assert place.peg_material.restitution <= 0.05 or not place.pegs
+
+
+def test_each_setting_takes_effect_and_is_sent() -> None:
+    asked: dict[str, Any] = {
+        "gravity": -3.0, "gravity_x": 4.0, "drag": 0.1, "damping": 0.99, "rolling": 0.01,
+        "max_speed": 5.0, "correction": 0.5, "dt": 0.01, "substeps": 2, "projection": 0,
+        "cell": 0.5,
+    }  # fmt: skip
+    assert asked.keys() == SETTINGS.keys()
+    room = box(balls=3)
+    (told,) = tell(room, "settings", **asked)
+    assert isinstance(told, messages.RoomSettings)
+    assert told.settings.items() >= asked.items()
+    usual: dict[str, Any] = {name: entry.default for name, entry in SETTINGS.items()}
+    assert box(balls=3, **asked).world.arena.settings == room.world.arena.settings
+    assert box(balls=3, **usual).world.arena.settings == box(balls=3).world.arena.settings
+
+
+def test_a_scene_of_1_0_0_keeps_its_digest_and_can_be_read() -> None:
+    old = Scene.of("sandbox", tick_rate=TICKS, max_balls=500)
+    assert old.digest == "04c2af3f85299570e102574aa8ea70f5c083b196544bcfcd40db451b985a6983"
+    assert as_kept(old.to_dict()) == old.to_dict()
+    assert not {"gravity_x", "rolling", "max_speed", "projection", "cell"} & old.values.keys()
+    new = Scene.of({"scene": "sandbox", "rolling": 0.5}, tick_rate=TICKS, max_balls=500)
+    assert as_kept(new.to_dict()) == new.to_dict()
+    assert new.digest != old.digest
 
 
 def test_a_reset_begins_another_scene_and_the_clock_goes_on() -> None:

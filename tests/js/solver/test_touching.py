@@ -121,7 +121,10 @@ SCENES: dict[str, tuple[Scene, list[Input], int]] = {
             (140, {"type": "pause", "paused": True}),
             (140, {"type": "step"}),
             (141, {"type": "pause", "paused": False}),
-            (200, {"type": "settings", "drag": 0.0, "gravity": 0.0}),
+            (160, {"type": "settings", "gravity": -3.0, "gravity_x": 4.0, "rolling": 0.02}),
+            (170, {"type": "settings", "max_speed": 2.5, "projection": 0, "cell": 0.3}),
+            (200, {"type": "settings", "drag": 0.0, "gravity": 0.0, "gravity_x": 0.0}),
+            (210, {"type": "settings", "max_speed": 0.0, "projection": 1, "cell": 0.0}),
             (300, {"type": "clear"}),
             (310, put(0.0, 1.0, vx=1.0)),
         ],
@@ -173,7 +176,7 @@ def test_the_page_s_diagnostics_are_the_server_s(run: Run) -> None:
     true = room.diagnostics()
     for field in ("kinetic", "potential", "rotational", "total", "px", "py", "angular"):
         assert found[field] == pytest.approx(getattr(true, field), rel=1e-9, abs=1e-9)
-    for field in ("contacts", "penetration", "asleep", "count", "time"):
+    for field in ("contacts", "penetration", "asleep", "count", "time", "cell"):
         assert found[field] == getattr(true, field), field
 
 

@@ -22,7 +22,7 @@ class HashGrid(NamedTuple):
     of the level below."""
 
     level: Ints  # (n,) of each ball
-    cells: Ints  # (n, 3): CELL_X, CELL_Y, BUCKET of each ball
+    cells: Counts  # (n, 3): CELL_X, CELL_Y, BUCKET of each ball
     cells_per_metre: Floats  # (LEVELS,)
     population: Ints  # (LEVELS,): balls on each level
     largest: Floats  # (LEVELS,): largest radius of a disc on each level, m; 0 if it is empty

@@ -22,7 +22,7 @@ const TURN = 2 * Math.PI;
 
 /** @import { Point } from "../board.js" */
 
-/** @typedef {{gravity: number, drag: number}} Law m/s^2 and 1/s */
+/** @typedef {{gravity: number, across?: number, drag: number}} Law gravity down and to the right, m/s^2; 1/s */
 /** @typedef {{x: number, y: number, angle: number}} Pose */
 
 /**
@@ -67,10 +67,10 @@ function placeBetween(a, b, t, s, law) {
  * @param {Law} law
  * @returns {Point}
  */
-export function flightPlace(from, t, { gravity, drag }) {
+export function flightPlace(from, t, { gravity, across = 0, drag }) {
   const dt = t - from.t;
   return {
-    x: from.x + dt * (from.vx - 0.5 * dt * drag * from.vx),
+    x: from.x + dt * (from.vx + 0.5 * dt * (across - drag * from.vx)),
     y: from.y + dt * (from.vy + 0.5 * dt * (gravity - drag * from.vy)),
   };
 }
@@ -104,9 +104,9 @@ export function shortestTurn(from, to) {
 }
 
 /** @param {Keyframe} a @param {Keyframe} b @param {Law} law */
-function kicked(a, b, { gravity, drag }) {
+function kicked(a, b, { gravity, across = 0, drag }) {
   const dt = b.t - a.t;
-  const dx = b.vx - a.vx + dt * drag * a.vx;
+  const dx = b.vx - a.vx - dt * (across - drag * a.vx);
   const dy = b.vy - a.vy - dt * (gravity - drag * a.vy);
   return dx * dx + dy * dy > KICK * KICK;
 }

@@ -15,11 +15,17 @@ const COUNTS = 4;
 const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [1, 2, 3]; // of counts
 
 /**
- * gravity: m/s², downward; drag: 1/s; damping: the fraction of the velocity kept in a step; correction:
- * the fraction of an overlap corrected in a substep; dt: of a step, s.
- * @typedef {{gravity: number, drag: number, damping: number, correction: number, dt: number,
- *   substeps: number}} ArenaSettings
+ * gravity, gravity_x: m/s², downward and to the right; drag: 1/s; damping: the fraction of the velocity
+ * kept in a step; rolling: the coefficient of rolling resistance; max_speed: m/s, 0 for no limit;
+ * correction: the fraction of an overlap corrected in a substep; projection: 1 if the end of a step removes
+ * what is left of it, or 0; dt: of a step, s; cell: of the broad phase, m, 0 to choose it by the balls' sizes.
+ * @typedef {Record<"gravity" | "gravity_x" | "drag" | "damping" | "rolling" | "max_speed" | "correction" |
+ *   "projection" | "dt" | "substeps" | "cell", number>} ArenaSettings
  */
+
+/** The settings' names. @type {(keyof ArenaSettings)[]} */
+export const SETTINGS = ["gravity", "gravity_x", "drag", "damping", "rolling", "max_speed", "correction",
+  "projection", "dt", "substeps", "cell"];
 
 /** @typedef {{contacts: number, penetration: number}} Overlap penetration: the deepest, m */
 /** @typedef {[number, number, number, number]} Corners x_min, x_max, y_min, y_max in m */
@@ -87,6 +93,16 @@ export class Arena {
     this.table.wakeAll();
   }
 
+  /** Sets the friction of all pegs and walls. @param {number} friction */
+  editPlace(friction) {
+    const { peg_material: ofPegs, wall_material: ofWalls } = this.place;
+    this.place = {
+      ...this.place, peg_material: { ...ofPegs, friction }, wall_material: { ...ofWalls, friction },
+    };
+    this.statics = staticShapes(this.machine, this.place);
+    this.table.wakeAll();
+  }
+
   /** Advances by one step. @returns {number[]} balls that landed or went too far, and were removed */
   step() {
     const { table } = this;
@@ -132,7 +148,7 @@ export class Arena {
     vel.values.fill(0);
     for (let row = 0; row < table.n; row += 1) marks.values[4 * row + 1] = table.flags(row) & ~1;
     const pairs = this.machine.run(`${MODULE}neighbour_list.rebuild`, [
-      ...bodies, table.n, ...this.statics, ...noPairs(table.n), 0, 0,
+      ...bodies, table.n, ...this.statics, ...noPairs(table.n), ...this.#solverSettings(),
     ]).slice(0, -1);
     const [penetration, , contacts] = this.machine.run(
       `${MODULE}position_projection.deepest_overlap`, [...bodies, table.n, ...pairs, ...this.statics],
@@ -145,7 +161,7 @@ export class Arena {
     return extentOf(this.place);
   }
 
-  /** Energies in J (potential: zero at y = 0), momenta in kg m/s and kg m²/s, penetration in m. */
+  /** Energies in J (potential: zero at the origin), momenta in kg m/s and kg m²/s, penetration and cell in m. */
   diagnostics() {
     const { table, settings } = this;
     const sum = { kinetic: 0, potential: 0, rotational: 0, px: 0, py: 0, angular: 0, asleep: 0 };
@@ -154,7 +170,7 @@ export class Arena {
       const [vx, vy, rimSpeed, inverseMass] = table.vel.subarray(4 * row, 4 * row + 4);
       const mass = 1 / inverseMass;
       sum.kinetic += 0.5 * mass * (vx * vx + vy * vy);
-      sum.potential -= settings.gravity * mass * y;
+      sum.potential -= mass * (settings.gravity_x * x + settings.gravity * y);
       sum.rotational += 0.25 * mass * rimSpeed * rimSpeed;
       sum.px += mass * vx;
       sum.py += mass * vy;
@@ -162,15 +178,19 @@ export class Arena {
       if (table.isAsleep(row)) sum.asleep += 1;
     }
     const total = sum.kinetic + sum.potential + sum.rotational;
-    return { ...sum, total, ...this.overlap(), count: table.n, time: this.time };
+    const cell = table.n === 0 ? 0
+      : this.machine.run(`${MODULE}broad_phase.smallest_cell`, [...table.bodies, table.n, settings.cell])[0];
+    return { ...sum, total, ...this.overlap(), count: table.n, time: this.time, cell };
   }
 
   /** @returns {Value[]} arguments for the kernels */
   #solverSettings() {
-    const { gravity, drag, damping, correction, dt, substeps } = this.settings;
+    const { gravity, gravity_x: across, drag, damping, rolling, max_speed: most, correction, projection, dt,
+      substeps, cell } = this.settings;
     const stillSteps = Math.max(2, roundHalfEven(SLEEP_SECONDS / dt));
-    return [gravity, drag, damping, correction, dt / substeps, substeps, Infinity,
-      stillSteps];
+    const least = false; // a pair has the greater restitution of its two
+    return [across, gravity, Math.sqrt(across * across + gravity * gravity), drag, damping, correction,
+      dt / substeps, substeps, most || Infinity, stillSteps, rolling, least, projection !== 0, cell];
   }
 }
 

@@ -7,6 +7,8 @@ const ASLEEP = 1; // bits of a ball's flags
 export const LANDED = 4;
 export const LEFT = 8;
 
+const STARTS = [0, 5]; // parts of `pairs` with a number for each ball: the pairs', and the held pairs'
+
 /**
  * All values of a ball: m, rad, m/s, rad/s, kg/m².
  * @typedef {Record<"x" | "y" | "theta" | "vx" | "vy" | "omega" | "radius" | "density" | "restitution" |
@@ -21,7 +23,10 @@ const USUAL = {
 /** @param {number} n @returns {Grid[]} an empty neighbour list for n balls, as the kernels take it */
 export function noPairs(n) {
   const ints = (/** @type {number} */ length) => ({ values: new Int32Array(length), shape: [length] });
-  return [ints(n + 1), ints(0), { values: new Float64Array(0), shape: [0, 2] }, ints(n + 1), ints(0)];
+  const noImpulses = () => ({ values: new Float64Array(0), shape: [0, 3] });
+  return [
+    ints(n + 1), ints(0), noImpulses(), ints(n + 1), ints(0), ints(n + 1), ints(0), noImpulses(),
+  ];
 }
 
 /** Rows of balls; a ball's row changes when balls before it are removed. */
@@ -101,11 +106,19 @@ export class BallTable {
       this.surface.set([ball.restitution, ball.friction], 2 * row);
       this.marks.set([firstId + i, 0, 0, row], 4 * row);
     });
-    const [starts, ...others] = this.pairs;
+    this.pairs = this.pairs.map((part, i) => (STARTS.includes(i) ? this.#continued(part, first) : part));
+    this.isListed = false;
+  }
+
+  /**
+   * Starts of pairs, continued for balls without any.
+   * @param {Grid} starts @param {number} first row of the new balls
+   * @returns {Grid}
+   */
+  #continued(starts, first) {
     const longer = new Int32Array(this.n + 1).fill(Number(starts.values[first]));
     longer.set(/** @type {Int32Array} */ (starts.values));
-    this.pairs = [{ values: longer, shape: [longer.length] }, ...others];
-    this.isListed = false;
+    return { values: longer, shape: [longer.length] };
   }
 
   /** @param {number} n the new number of rows; the first ones are kept, others are zero */

@@ -5,6 +5,7 @@ import { ParameterError } from "../errors.js";
 import { splitmix64 } from "../seed.js";
 
 /** @import { BallValues } from "./ball-table.js" */
+/** @import { SINCE_2 } from "./values.js" */
 
 const CELL = 2.3; // distance between the balls' places, in radii of the largest ball
 const MASK = (1n << 64n) - 1n;
@@ -26,15 +27,14 @@ const DEPTH = 1.2; // of the Galton board's bins, m
  * @typedef {{scene: "sandbox" | "galton", balls: number, seed: string, gravity: number, drag: number,
  *   damping: number, correction: number, dt: number, substeps: number, density: number,
  *   restitution: number, friction: number, width?: number, height?: number, radii?: number[],
- *   speed?: number}} Scene
+ *   speed?: number} & Partial<typeof SINCE_2>} Scene
  *
  * @typedef {{place: Place, balls: (Partial<BallValues> & {x: number, y: number})[]}} Opening
  */
 
 /**
  * The fields of a board's JSON that the Galton scene uses.
- * @typedef {{pegs: Place["pegs"], peg_material: Place["peg_material"],
- *   wall_material: Place["wall_material"], bins: {y: number, edges: number[]}, drop: {y: number},
+ * @typedef {{pegs: Place["pegs"], bins: {y: number, edges: number[]}, drop: {y: number},
  *   ball: {radius: number}}} GaltonBoard
  */
 
@@ -57,9 +57,7 @@ function box({ balls: n, seed, width = 6, height = 4, radii = [0.06, 0.16], spee
     const [x2, y2] = corners[(i + 1) % 4];
     return { x1, y1, x2, y2 };
   });
-  // An impact uses the larger restitution of the two bodies. With 0 for walls, the balls decide.
-  const place = { pegs: [], walls, peg_material: { restitution: 0.6, friction: 0.2 },
-    wall_material: { restitution: 0, friction: made.friction }, bins: null };
+  const place = { pegs: [], walls, ...fixed(made.friction), bins: null };
   const [low, high] = radii;
   const first = BigInt(seed);
   const at = lattice(n, width, height, high, first);
@@ -71,6 +69,16 @@ function box({ balls: n, seed, width = 6, height = 4, radii = [0.06, 0.16], spee
     x, y, vx: vx[i], vy: vy[i], radius: radius[i], density, restitution, friction,
   }));
   return { place, balls };
+}
+
+/**
+ * The materials of pegs and walls. An impact uses the greater restitution of the two bodies: with 0 here,
+ * that of the ball decides.
+ * @param {number} friction
+ */
+function fixed(friction) {
+  const material = { restitution: 0, friction };
+  return { peg_material: material, wall_material: material };
 }
 
 /**
@@ -115,8 +123,7 @@ function galton({ balls: n, seed, density, restitution, friction }, board) {
     y: board.drop.y - Math.floor(i / columns) * cell + dy[i],
     radius, density, restitution, friction,
   }));
-  const { pegs, peg_material, wall_material } = board;
-  return { place: { pegs, walls, peg_material, wall_material, bins: null }, balls };
+  return { place: { pegs: board.pegs, walls, ...fixed(friction), bins: null }, balls };
 }
 
 /**

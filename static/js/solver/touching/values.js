@@ -8,12 +8,18 @@ import { seedOf } from "../seed.js";
 /** Lowest and highest allowed value, SI. @type {Record<string, [number, number]>} */
 export const RANGES = {
   radius: [0.01, 0.5], density: [0.01, 100_000], restitution: [0, 1], friction: [0, 10],
-  gravity: [0, 100], drag: [0, 100], damping: [0.9, 1], correction: [0.4, 0.8], dt: [0.001, 0.1],
-  substeps: [1, 32], width: [0.5, 20], height: [0.5, 20], speed: [0, 50],
+  gravity: [-100, 100], gravity_x: [-100, 100], drag: [0, 100], damping: [0.9, 1], rolling: [0, 1],
+  max_speed: [0, 1000], correction: [0.4, 0.8], projection: [0, 1], dt: [0.001, 0.1], substeps: [1, 32],
+  cell: [0, 10], width: [0.5, 20], height: [0.5, 20], speed: [0, 50],
 };
 
+/**
+ * Defaults of settings that earlier releases did not have. A scene has those that differ from the default.
+ */
+export const SINCE_2 = { gravity_x: 0, rolling: 0.001, max_speed: 0, projection: 1, cell: 0 };
+
 /** Default settings of the solver. */
-export const SOLVER = { damping: 1, correction: 0.6, dt: 1 / 60, substeps: 4 };
+export const SOLVER = { damping: 1, correction: 0.6, dt: 1 / 60, substeps: 4, ...SINCE_2 };
 
 /** Default parameters of each scene. @type {Record<"sandbox" | "galton", Scene>} */
 export const SCENES = {
@@ -65,6 +71,9 @@ export function sceneOf(form) {
       `${balls} balls in ${substeps} substeps of ${dt} s take too much work: take fewer balls, fewer `
       + "substeps or a longer dt", "dt",
     );
+  }
+  for (const name of /** @type {(keyof typeof SINCE_2)[]} */ (Object.keys(SINCE_2))) {
+    if (found[name] === SINCE_2[name]) delete found[name];
   }
   return { ...found, seed: String(seedOf(seed)) };
 }

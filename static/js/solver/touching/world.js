@@ -4,8 +4,9 @@
 // can continue a page's world from its `story`.
 
 import { PHYSICS_VERSION } from "../digest.js";
-import { Arena } from "./arena.js";
+import { Arena, SETTINGS } from "./arena.js";
 import { openingOf } from "./scenes.js";
+import { SINCE_2 } from "./values.js";
 
 /** @import { ArenaSettings } from "./arena.js" */
 /** @import { Machine } from "../machine.js" */
@@ -16,8 +17,6 @@ const HOLD_RATE = 12; // 1/s; a grabbed ball moves toward the hand at this rate 
 const HOLD_SPEED = 15; // m/s, the highest speed of a grabbed ball
 const HOLD_TICKS = 5 * TICK_RATE; // a hand that sends nothing for this long releases its ball
 
-/** @type {(keyof ArenaSettings)[]} */
-const OF_ALL = ["gravity", "drag", "damping", "correction", "dt", "substeps"];
 /** @type {("density" | "restitution" | "friction")[]} */
 const OF_BALLS = ["density", "restitution", "friction"];
 
@@ -59,8 +58,8 @@ export class World {
   constructor(machine, scene, board) {
     this.scene = scene;
     const { place, balls } = openingOf(scene, board);
-    const { gravity, drag, damping, correction, dt, substeps } = scene;
-    this.arena = new Arena(machine, place, { gravity, drag, damping, correction, dt, substeps });
+    const settings = /** @type {ArenaSettings} */ ({ ...SINCE_2, ...picked(scene, SETTINGS) });
+    this.arena = new Arena(machine, place, settings);
     this.arena.add(balls);
     const { density, restitution, friction } = scene;
     /** The default material of new balls. @type {Material} */
@@ -152,10 +151,11 @@ export class World {
   /** @param {Configure} input */
   #configure(input) {
     const ofBalls = picked(input, OF_BALLS);
-    const ofAll = picked(input, OF_ALL);
+    const ofAll = picked(input, SETTINGS);
     if (Object.keys(ofBalls).length) {
       Object.assign(this.madeOf, ofBalls);
       this.arena.table.edit(Array.from({ length: this.arena.count }, (_, row) => row), ofBalls);
+      if (ofBalls.friction !== undefined) this.arena.editPlace(ofBalls.friction);
     }
     if (Object.keys(ofAll).length) this.arena.configure(ofAll);
   }
