@@ -2,7 +2,9 @@
 
     python kit.py rules.toml
 
-README.md next to this file says how to set it up.
+README.md next to this file says how to set it up. An event passes through this file from top to
+bottom: Twitch or another program sends it, the journal writes it with the balls that the rules
+give, the game drops them, and what their landings change is shown on the stage and in OBS.
 """
 # pip install -r requirements.txt
 
@@ -14,227 +16,723 @@ import math
 import mimetypes
 import os
 import re
+import secrets
 import sqlite3
 import sys
+import time
 import unicodedata
-import uuid
+from collections import defaultdict
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import aiohttp
 import msgspec
+import simpleobsws
 from aiohttp import web
-from journal import Event, Journal
-from obs import Obs
-from rules import Rules, read_rules
-from twitch import FAULTS, Twitch
+from twitchAPI.oauth import CodeFlow
+from twitchAPI.twitch import Twitch as TwitchApi
+from twitchAPI.type import AuthScope, InvalidRefreshTokenException, MissingScopeException
 
-LONGEST = 30.0  # s until a request is repeated
-SOON = 2.0  # s for an avatar
-TURN = 0.2  # s between two looks at the journal
-PATIENCE = 300  # turns that another program waits for its balls
-GONE = (401, 403, 404)  # statuses of a room that is not ours any more
+MOST = 10_000  # balls of an event
+TURN, PAUSE = 0.2, 2.0  # s between two looks at the journal; between two attempts
+PATIENCE = 15.0  # s without a word from Twitch, which sends one every ten seconds
+EFFECT, ANSWER, DAY = 30.0, 600.0, 86_400.0  # s after which what is posted is of no use any more
+LINE = 450  # characters of a line in the chat
 FACE = 1 << 12  # bytes: 25 of them fit into a show
+
+GONE = (401, 403, 404)  # statuses of a room that is not ours any more
+SCOPES = [
+    AuthScope.USER_READ_CHAT, AuthScope.USER_WRITE_CHAT, AuthScope.BITS_READ,
+    AuthScope.CHANNEL_READ_SUBSCRIPTIONS, AuthScope.CHANNEL_READ_REDEMPTIONS,
+]  # fmt: skip
+POINTS = "channel.channel_points_custom_reward_redemption.add"
+TYPES = ("channel.chat.message", "channel.cheer", "channel.subscribe",
+         "channel.subscription.message", "channel.subscription.gift", POINTS)  # fmt: skip
+RESTART = "OBS_WEBSOCKET_MEDIA_INPUT_ACTION_RESTART"
 
 log = logging.getLogger("kit")
 
 
-class Kit(Journal):
-    """Drops the journal's balls into its room, and shows timer, goals and jackpot there."""
+async def forever(part: str, step: Callable[[], Awaitable[None]], pause: float = PAUSE) -> None:
+    """Take a step again and again; what breaks is logged, once, and tried again."""
+    fault = ""
+    while True:
+        try:
+            await step()
+            fault = ""
+            await asyncio.sleep(pause)
+        except Exception as error:  # noqa: BLE001 - the show goes on
+            before, fault = fault, f"{type(error).__name__} {error}"
+            if fault != before:
+                log.warning("%s: %s", part, fault)
+            await asyncio.sleep(PAUSE)
+
+
+# The rules: one TOML file, parsed once.
+
+Count = Annotated[int, msgspec.Meta(ge=0, le=1000)]
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+Words = Annotated[str, msgspec.Meta(pattern=r"^([^{}]|\{(name|jackpot|bin|score)\})*$")]
+
+
+class Part(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    """A table of the rules."""
+
+
+class GameRules(Part):
+    server: str = "http://127.0.0.1:8000"
+    board: str = "triangle-12-high"  # a preset, or a board's JSON file
+    every: Positive = 0.3  # s between two balls
+    falling: Annotated[int, msgspec.Meta(ge=1, le=100)] = 20  # balls at the same time
+    journal: str = "kit.db"
+    texts: str = ""  # the folder of the text files
+    port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = 8020  # of the address for other programs
+
+
+class TwitchRules(Part):
+    client_id: str
+    client_secret: str = ""  # or TWITCH_SECRET in the environment
+    api: str = "https://api.twitch.tv/helix/"
+    auth: str = "https://id.twitch.tv/oauth2/"
+    socket: str = "wss://eventsub.wss.twitch.tv/ws"
+
+
+class ObsRules(Part):
+    address: str = "ws://127.0.0.1:4455"
+    password: str = ""  # or OBS_PASSWORD in the environment
+    stage: str = ""  # the browser source that shows the stage
+    sounds: str = ""  # the media source that plays sounds
+    folder: str = "sounds"  # of their files
+
+
+class Effects(Part):
+    timer: float = 0.0  # s added
+    pause: bool | None = None  # stops the timer, or starts it again
+    goals: dict[str, float] = {}  # added, by goal
+    jackpot: float = 0.0  # added
+    pay: bool = False  # the jackpot begins again
+    again: Annotated[int, msgspec.Meta(ge=0, le=100)] = 0  # balls for the same viewer
+    say: Words = ""
+    scene: str = ""
+    source: str = ""  # of the current scene
+    seconds: Positive = 8.0  # until the former scene, or until the source is hidden
+    sound: str = ""  # a file
+
+
+class Input(Effects):
+    balls: Count = 1
+    per: Annotated[float, msgspec.Meta(ge=0.01)] | None = (
+        None  # bits or money that `balls` cost; the rest is kept
+    )
+    every: float = 0.0  # s for each viewer
+    mods: bool = False  # only for moderators
+
+
+class Landing(Effects):
+    bin: list[int] | None = None
+    label: str | None = None
+    least: float = 0.0  # multipliers
+    most: float = float("inf")
+
+    def fits(self, landed: dict[str, Any]) -> bool:
+        return (
+            landed["bin"] is not None
+            and (self.bin is None or landed["bin"] in self.bin)
+            and self.label in (None, landed.get("label"))
+            and self.least <= landed["score"] <= self.most
+        )
+
+
+class Figure(Part):
+    start: float = 0.0
+    label: str = ""
+    unit: str = ""
+
+
+class Goal(Part):
+    target: Positive
+    reached: Effects = msgspec.field(default_factory=Effects)
+
+
+class Looks(Part):
+    panel: str | None = None
+    ink: str | None = None
+    accent: str | None = None
+    font: str | None = None
+    logo: str | None = None  # a file
+    options: str = ""  # of the stage's address
+    faces: bool = True  # avatars and emoji as balls
+
+
+class Rules(Part):
+    game: GameRules = msgspec.field(default_factory=GameRules)
+    twitch: TwitchRules | None = None
+    obs: ObsRules | None = None
+    inputs: dict[str, Input] = msgspec.field(default_factory=dict, name="in")
+    timer: Figure | None = None
+    jackpot: Figure | None = None
+    goals: Annotated[dict[str, Goal], msgspec.Meta(max_length=4)] = {}
+    landing: list[Landing] = []
+    looks: Looks = msgspec.field(default_factory=Looks)
+
+    def __post_init__(self) -> None:
+        reached = (goal.reached for goal in self.goals.values())
+        for effects in (*self.inputs.values(), *self.landing, *reached):
+            for goal in effects.goals.keys() - self.goals.keys():
+                raise ValueError(f'no goal has the name "{goal}": add [goals."{goal}"]')
+        for name in self.inputs.keys() & {"bits", "donation"}:
+            if self.inputs[name].per is None:
+                raise ValueError(f"[in.{name}] needs `per`: how much a ball costs")
+
+
+def read_rules(file: Path) -> Rules:
+    """The rules; a mistake ends the program with the line from which on it is there."""
+    lines, mistake, at = file.read_text("utf-8").splitlines(), "", 0
+    for end in range(len(lines) + 1):
+        try:
+            rules, found = msgspec.toml.decode("\n".join(lines[:end]), type=Rules), ""
+        except msgspec.ValidationError as error:
+            found = str(error)
+        except msgspec.DecodeError as error:
+            if end == len(lines):
+                sys.exit(f"{file}: {error}")  # it names the line
+            continue  # a value of several lines
+        if found != mistake:
+            mistake, at = found, end
+    if mistake:
+        sys.exit(f"{file}, line {at}, {lines[at - 1].strip()}: {mistake}")
+    return rules
+
+
+class Event(msgspec.Struct):
+    """What a viewer did: `kind` is a name in the rules, and `id` is the same in a repeat."""
+
+    id: str
+    kind: str
+    name: str = ""
+    user: str = ""  # the platform's id of the viewer
+    amount: Annotated[float, msgspec.Meta(ge=0, le=1e9)] = 1.0
+    text: str = ""
+    colour: Annotated[str, msgspec.Meta(pattern="^(#[0-9a-f]{6})?$")] = ""
+    face: Annotated[str, msgspec.Meta(pattern="^(https?://.*|[^<>&:]{0,16})$")] = ""
+    mod: bool = False
+
+
+SCHEMA = """
+PRAGMA journal_mode = WAL;
+PRAGMA synchronous = FULL;
+CREATE TABLE IF NOT EXISTS state (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS events (id TEXT PRIMARY KEY, kind TEXT, user TEXT, name TEXT,
+    cents INTEGER, colour TEXT, text TEXT, face TEXT, time REAL, answer TEXT);
+CREATE INDEX IF NOT EXISTS events_user ON events (user, kind);
+CREATE TABLE IF NOT EXISTS balls (number INTEGER PRIMARY KEY, key TEXT, event TEXT,
+    bin INTEGER, score REAL, label TEXT, landed REAL);
+CREATE INDEX IF NOT EXISTS balls_event ON balls (event);
+CREATE INDEX IF NOT EXISTS balls_waiting ON balls (number) WHERE landed IS NULL;
+CREATE TABLE IF NOT EXISTS faces (user TEXT PRIMARY KEY, face TEXT);
+CREATE TABLE IF NOT EXISTS outbox (number INTEGER PRIMARY KEY, kind TEXT, data TEXT, due REAL,
+    ends REAL);
+"""
+
+
+class Kit:
+    """The journal, and all that writes into it or does what is written there.
+
+    In the journal, an event has the id that its platform gave it, so a repeat is known; a ball
+    has the key under which the game knows it. Events with their balls, and landings with all that
+    they change, are one transaction each. Whatever is killed, no ball is lost or counted twice.
+    """
 
     def __init__(self, rules: Rules, http: aiohttp.ClientSession) -> None:
-        super().__init__(rules)
-        self.http = http
-        self.opening = asyncio.Lock()
-        self.sent: dict[str, Any] = {}  # the show
-        self.texts: dict[str, str] = {}
-        self.avatar: Callable[[str], Awaitable[str]] | None = None  # of a viewer, by user
-
-    async def request(
-        self, method: str, path: str, body: Any, key: str = ""
-    ) -> tuple[int, Any, float]:
-        """A reply's status, its body, and the seconds until a repeat; status 0: there is none."""
-        headers = {"Authorization": f"Bearer {self.get('token')}"}
-        if key:
-            headers |= {"Idempotency-Secret": self.get("secret"), "Idempotency-Key": key}
-        address = f"{self.rules.game.server}/api/v1/rooms{path}"
-        try:
-            async with self.http.request(method, address, json=body, headers=headers) as reply:
-                after = reply.headers.get("Retry-After", "")
-                wait = float(after) if after.isdecimal() else 1.0
-                found = await reply.json(content_type=None)
-                if not isinstance(found, dict):  # a proxy's
-                    raise ValueError(f"not from the game: {found}")
-                return reply.status, found, min(wait, LONGEST)
-        except (*FAULTS, ValueError) as error:
-            return 0, {"detail": str(error) or type(error).__name__}, 1.0
-
-    async def open_room(self, old: str | None) -> None:
-        """Open a room in place of `old`, which the server no longer has."""
-        board: Any = self.rules.game.board
-        if board.endswith(".json"):
-            board = json.loads(Path(board).read_text("utf-8"))
-        async with self.opening:
-            while self.get("room") == old:
-                status, reply, wait = await self.request("POST", "", {"board": board})
-                if status == 201:
-                    with self.db:
-                        self.put(room=reply["id"], token=reply["token"])
-                    print(f"The stage is at {self.stage}", flush=True)
-                elif status == 422:
-                    sys.exit(f"the game refuses the board: {reply['detail']}")
-                else:
-                    log.warning("no room yet: %s", reply.get("detail"))
-                    await asyncio.sleep(wait)
-
-    async def drop_all(self) -> None:
-        """Drop the balls that have not landed, the oldest first, for ever."""
-        places = asyncio.Semaphore(self.rules.game.falling)
-        last = 0
-        async with asyncio.TaskGroup() as group:
-            while True:
-                waiting = self.rows(
-                    "SELECT number, key, event FROM balls WHERE landed IS NULL AND number > ? "
-                    "ORDER BY number LIMIT 1", last,
-                )  # fmt: skip
-                if not waiting:
-                    await asyncio.sleep(TURN)
-                    continue
-                last, key, event = waiting[0]
-                await places.acquire()
-                row = self.rows("SELECT * FROM events WHERE id = ?", event)[0]
-                group.create_task(self.find_face(row))
-                falling = group.create_task(self.drop(key, row))
-                falling.add_done_callback(lambda _: places.release())
-                await asyncio.sleep(self.rules.game.every)
-
-    async def drop(self, key: str, event: sqlite3.Row) -> None:
-        """Drop a ball and wait for its landing; with the same key, a repeat is the same ball."""
-        body = {"name": clean(event["name"]), "colour": event["colour"]}
-        body = {name: value for name, value in body.items() if value}
-        while True:
-            room = self.get("room")
-            status, reply, wait = await self.request("POST", f"/{room}/drops?wait=1", body, key)
-            if status == 200 and "landed" in reply:
-                self.land(key, event, reply["landed"])
-                return
-            if status in GONE:
-                await self.open_room(room)
-            elif status == 422 and body:  # a name that the game does not show
-                body = {}
-            elif status != 202:
-                log.warning("a ball waits: %s", reply.get("detail"))
-                await asyncio.sleep(wait)
-
-    async def show_all(self) -> None:
-        """Send the room's show whenever it changes, and write the text files, for ever."""
-        while True:
-            room, show = self.get("room"), self.figures()
-            # A running timer counts on at the stage: only its end can change.
-            known = {**show, "timer": (self.show["end"], self.show["paused"]), "room": room}
-            if room is None:
-                await self.open_room(None)
-            elif known != self.sent:
-                status, reply, _ = await self.request("PUT", f"/{room}/show", show)
-                if status == 200:
-                    self.sent = known
-                elif status in GONE:
-                    await self.open_room(room)
-                else:
-                    log.warning("the stage shows nothing new: %s", reply.get("detail"))
-            self.write_texts()
-            await asyncio.sleep(1.0)
-
-    def figures(self) -> dict[str, Any]:
-        """The show, as the server takes it."""
-        rules, show = self.rules, self.show
-        looks = {name: getattr(rules.looks, name) for name in ("panel", "ink", "accent", "font")}
-        if rules.looks.logo:
-            looks["logo"] = picture(rules.looks.logo, Path(rules.looks.logo).read_bytes())
-        goals = [
-            {"label": name, "value": show["goals"].get(name, 0.0), "target": goal.target}
-            for name, goal in rules.goals.items()
-        ]
-        faces = self.rows(
-            "SELECT DISTINCT e.name, f.face FROM balls b JOIN events e ON e.id = b.event "
-            "JOIN faces f ON f.user = e.user AND f.face <> '' WHERE b.landed IS NULL "
-            "ORDER BY b.number LIMIT 25"
-        )
-        found = {"goals": goals, "looks": looks, "faces": {clean(n): face for n, face in faces}}
-        if rules.timer:
-            running = show["paused"] is None
-            found["timer"] = {"left": self.left(), "label": rules.timer.label, "running": running}
-        if rules.jackpot:
-            found["jackpot"] = {"value": show["jackpot"], "label": rules.jackpot.label,
-                                "unit": rules.jackpot.unit}  # fmt: skip
-        return found
-
-    def write_texts(self) -> None:
-        left, show = math.ceil(self.left()), self.show
-        texts = {"timer": f"{left // 3600}:{left // 60 % 60:02}:{left % 60:02}",
-                 "jackpot": f"{show['jackpot']:g}", "last": self.get("last", "")}  # fmt: skip
-        for name, goal in self.rules.goals.items():
-            texts[f"goal {name}"] = f"{show['goals'].get(name, 0.0):g} / {goal.target:g}"
-        for name, text in texts.items() if self.rules.game.texts else ():
-            if self.texts.get(name) != text:
-                Path(self.rules.game.texts, f"{name}.txt").write_text(text, "utf-8")
-        self.texts = texts
-
-    async def find_face(self, event: sqlite3.Row) -> None:
-        """Learn what a viewer's balls look like: an emoji after the command, or the avatar."""
-        said = re.fullmatch(r"\S+\s+([^\w\s<>&:]{1,16})", event["text"])
-        known = self.rows("SELECT 1 FROM faces WHERE user = ?", event["user"])
-        if not self.rules.looks.faces or (known and not said):
-            return
-        face = said[1] if said else event["face"]
-        try:
-            async with asyncio.timeout(SOON):
-                if not face and self.avatar:
-                    face = await self.avatar(event["user"])
-                if "://" in face:
-                    async with self.http.get(face) as reply:
-                        reply.raise_for_status()
-                        data = await reply.content.read(FACE + 1)
-                    face = picture(reply.url.path, data) if len(data) <= FACE else ""
-        except FAULTS as error:
-            log.info("no avatar of %s: %s", event["name"], error)
-            return
+        self.rules, self.http = rules, http
+        self.db = sqlite3.connect(rules.game.journal)
+        self.db.row_factory = sqlite3.Row
+        self.db.executescript(SCHEMA)
         with self.db:
-            self.db.execute("REPLACE INTO faces VALUES (?, ?)", (event["user"], face))
+            for name in ("secret", "address"):  # of requests to the game, of ours for programs
+                self.put(name, self.get(name) or secrets.token_hex(16))
+        self.twitch: TwitchApi | None = None  # signed in
+        self.signing_in, self.choosing = asyncio.Lock(), asyncio.Lock()
+        self.falling: set[int] = set()  # numbers of balls
+        self.shown: object = None  # on the stage
+
+    def rows(self, query: str, *values: object) -> list[sqlite3.Row]:
+        return self.db.execute(query, values).fetchall()
+
+    def get(self, name: str, default: Any = None) -> Any:
+        found = self.rows("SELECT value FROM state WHERE name = ?", name)
+        return json.loads(found[0]["value"]) if found else default
+
+    def put(self, name: str, value: Any) -> None:
+        self.db.execute("REPLACE INTO state VALUES (?, ?)", (name, json.dumps(value)))
+
+    # Twitch.
+
+    async def sign_in(self) -> TwitchApi:
+        async with self.signing_in:
+            if self.twitch:
+                return self.twitch
+            rules, silence = self.rules.twitch, aiohttp.ClientTimeout(PATIENCE)
+            name, secret = f"twitch {rules.client_id}", os.environ.get("TWITCH_SECRET", "")
+            twitch = TwitchApi(rules.client_id, rules.client_secret or secret, False,
+                               base_url=rules.api, auth_base_url=rules.auth,
+                               session_timeout=silence)  # fmt: skip
+            twitch.auto_refresh_auth = False  # if it fails, the library waits for it for ever
+
+            async def keep(*tokens: str) -> None:
+                with self.db:
+                    self.put(name, tokens)
+
+            twitch.user_auth_refresh_callback = keep
+            if not self.get(name):
+                flow = CodeFlow(twitch, SCOPES, rules.auth)
+                code, page = await flow.get_code()
+                print(f"Open {page} and enter the code {code}", flush=True)
+                await keep(*await flow.wait_for_auth_complete())
+            token, refresh = self.get(name)
+            try:
+                async with asyncio.timeout(PATIENCE):
+                    await twitch.set_user_authentication(token, SCOPES, refresh)
+                    self.streamer = await anext(user.id async for user in twitch.get_users())
+            except (InvalidRefreshTokenException, MissingScopeException):
+                await keep()  # the streamer has to enter a code again
+                raise
+            self.twitch = twitch
+            return twitch
+
+    async def listen(self) -> None:
+        """Take what Twitch sends over a connection, until it ends."""
+        self.twitch = None  # its token may be of no use any more
+        await self.sign_in()
+        await self.read(self.rules.twitch.socket)
+
+    async def read(self, address: str) -> None:
+        """Read a connection to its end, and the one to which Twitch moves its subscriptions.
+
+        The library's own reader loses subscriptions, without a word, if a connection breaks while
+        it renews them.
+        """
+        following = None
+        silence = aiohttp.ClientWSTimeout(ws_receive=PATIENCE)
+        async with self.http.ws_connect(address, timeout=silence) as socket:
+            async for frame in socket:
+                message = json.loads(frame.data)
+                about, payload = message["metadata"], message["payload"]
+                kind = about["message_type"]
+                if kind == "session_welcome" and address == self.rules.twitch.socket:
+                    await self.subscribe(payload["session"]["id"])
+                elif kind == "session_reconnect":
+                    following = asyncio.create_task(self.read(payload["session"]["reconnect_url"]))
+                elif kind == "notification":
+                    self.notice(about["message_id"], about["subscription_type"], payload["event"])
+                elif kind == "revocation":
+                    log.warning("Twitch: no longer sends %s", payload["subscription"]["type"])
+        if following:
+            await following
+
+    async def subscribe(self, session: str) -> None:
+        twitch = await self.sign_in()
+        token, client = twitch.get_user_auth_token(), self.rules.twitch.client_id
+        for kind in TYPES:
+            condition = {"broadcaster_user_id": self.streamer}
+            if kind == "channel.chat.message":
+                condition["user_id"] = self.streamer
+            async with self.http.post(
+                f"{self.rules.twitch.api}eventsub/subscriptions",
+                headers={"Client-Id": client, "Authorization": f"Bearer {token}"},
+                json={"type": kind, "version": "1", "condition": condition,
+                      "transport": {"method": "websocket", "session_id": session}},
+            ) as reply:  # fmt: skip
+                if reply.status in (400, 403):  # such as bits, for a channel that has none
+                    log.warning("Twitch: this channel has no %s", kind)
+                else:
+                    reply.raise_for_status()
+
+    def notice(self, number: str, subscription: str, data: dict[str, Any]) -> None:
+        """Take a notification, if the rules know something of it."""
+        user = data.get("chatter_user_id") or data.get("user_id") or ""
+        name = data.get("chatter_user_name") or data.get("user_name") or "Anonymous"
+        event = Event(number, "", name, f"twitch:{user}")
+        match subscription:
+            case "channel.chat.message":
+                event.text, event.colour = data["message"]["text"].strip(), data["color"].lower()
+                event.kind = event.text.split(maxsplit=1)[0].lower()
+                badges = {badge["set_id"] for badge in data["badges"]}
+                event.mod = not badges.isdisjoint({"broadcaster", "moderator"})
+            case "channel.cheer":
+                event.kind, event.amount = "bits", data["bits"]
+            case "channel.subscribe" | "channel.subscription.message":
+                event.kind = "" if data.get("is_gift") else "sub"  # a gift is an event of its own
+            case "channel.subscription.gift":
+                event.kind, event.amount = "gift", data["total"]
+            case _:
+                event.kind, event.text = f"points:{data['reward']['title']}", data["user_input"]
+        self.take(event)
 
     # The address for other programs.
 
+    async def serve(self) -> None:
+        application = web.Application()
+        path = f"/{self.get('address')}/event"
+        application.add_routes([web.get(path, self.hear), web.post(path, self.hear)])
+        runner = web.AppRunner(application, access_log=None)
+        await runner.setup()
+        await web.TCPSite(runner, "127.0.0.1", self.rules.game.port).start()
+        address = f"http://127.0.0.1:{runner.addresses[0][1]}{path}"
+        print(f"Other programs send events to {address}", flush=True)
+
     async def hear(self, request: web.Request) -> web.Response:
         """An event from Streamer.bot and its like, in the query or as JSON."""
-        given: dict[str, Any] = {"id": str(uuid.uuid4()), **request.query}
+        given: dict[str, Any] = {"id": secrets.token_hex(16), **request.query}
         try:
-            given |= await request.json() if request.can_read_body else {}
-            wait = given.pop("wait", "")
+            given |= msgspec.json.decode(await request.read() or b"{}", type=dict[str, Any])
             given["user"] = f"bridge:{given.get('user') or given.get('name', '')}"
             event = msgspec.convert(given, Event, strict=False)
-            if not math.isfinite(event.amount):
-                raise ValueError(f"amount: {event.amount} is not a number")
+            if math.isnan(event.amount):
+                raise ValueError("amount: nan is not a number")
         except ValueError as error:
             return web.Response(status=422, text=f"{error}\n")
         balls = self.take(event)
-        for _ in range(PATIENCE if wait and balls else 0):
+        for _ in range(300 if given.get("wait") and balls else 0):
             answer = self.rows("SELECT answer FROM events WHERE id = ?", event.id)[0]["answer"]
             if answer:
                 return web.Response(text=answer)
             await asyncio.sleep(TURN)
         return web.json_response({"balls": balls}, status=202)
 
-    async def listen(self) -> None:
-        application = web.Application()
-        path = f"/{self.get('address')}/event"
-        application.add_routes([web.get(path, self.hear), web.post(path, self.hear)])
-        runner = web.AppRunner(application, access_log=None)
-        await runner.setup()
-        site = web.TCPSite(runner, "127.0.0.1", self.rules.game.port)
-        await site.start()
-        port = runner.addresses[0][1]
-        print(f"Other programs send events to http://127.0.0.1:{port}{path}", flush=True)
+    # An event becomes balls.
+
+    def take(self, event: Event) -> int:
+        """Write an event with its balls and effects, unless it is known; returns its balls."""
+        inputs = self.rules.inputs
+        rule = inputs.get(event.kind) or inputs.get(event.kind.partition(":")[0])
+        if rule is None or (rule.mods and not event.mod):
+            return 0
+        now, cents = time.time(), round(100 * event.amount)
+        with self.db:
+            paid, last = self.rows(
+                "SELECT total(cents), max(time) FROM events "
+                "WHERE user = ? AND kind = ? AND time IS NOT NULL", event.user, event.kind,
+            )[0]  # fmt: skip
+            waits = last is not None and now - last < rule.every
+            added = self.db.execute(
+                "INSERT OR IGNORE INTO events VALUES "
+                "(:id, :kind, :user, :name, :cents, :colour, :text, :face, :time, NULL)",
+                {**msgspec.structs.asdict(event), "cents": cents, "time": None if waits else now},
+            )
+            if added.rowcount and not waits:
+                times = max(1, int(event.amount))
+                if rule.per is not None:  # what earlier events have left counts
+                    price = round(100 * rule.per)
+                    times = int((paid + cents) // price - paid // price)
+                self.add(event.id, min(rule.balls * times, MOST))
+                self.apply(rule, event.id, name=event.name)
+        return len(self.rows("SELECT 1 FROM balls WHERE event = ?", event.id))
+
+    def add(self, event: str, balls: int) -> None:
+        for _ in range(balls):
+            row = (secrets.token_hex(16), event)
+            self.db.execute("INSERT INTO balls (key, event) VALUES (?, ?)", row)
+
+    # The balls fall.
+
+    async def ask(self, method: str, path: str, body: Any, key: str = "") -> dict[str, Any]:
+        """The game's response; empty: it refuses the body."""
+        headers = {"Authorization": f"Bearer {self.get('token')}"}
+        if key:
+            headers |= {"Idempotency-Secret": self.get("secret"), "Idempotency-Key": key}
+        address = f"{self.rules.game.server}/api/v1/rooms{path}"
+        async with self.http.request(method, address, json=body, headers=headers) as reply:
+            found = msgspec.json.decode(await reply.read(), type=dict[str, Any])
+        if reply.status == 422:
+            log.warning("The game refuses %s: %s", body, found["detail"])
+            return {}
+        if reply.status in GONE and path.startswith(f"/{self.get('room')}/"):
+            with self.db:
+                self.put("room", None)  # before the next show, another one is opened
+        if not reply.ok:
+            raise OSError(found["detail"])
+        return found
+
+    async def open_room(self) -> None:
+        board: Any = self.rules.game.board
+        if board.endswith(".json"):
+            board = json.loads(Path(board).read_text("utf-8"))
+        reply = await self.ask("POST", "", {"board": board})
+        if not reply:
+            sys.exit("the game refuses the board")
+        with self.db:
+            self.put("room", reply["id"])
+            self.put("token", reply["token"])
+        print(f"The stage is at {self.stage}", flush=True)
+
+    @property
+    def stage(self) -> str:
+        """The address of the room's stage."""
+        options = self.rules.looks.options
+        return f"{self.rules.game.server}/stage.html?room={self.get('room')}&{options}".rstrip("&")
+
+    async def drop(self) -> None:
+        """Drop the next ball and wait for its landing. A repeat with its key is the same ball."""
+        async with self.choosing:
+            while not (ball := self.next_ball()):
+                await asyncio.sleep(TURN)
+            self.falling.add(ball["number"])
+            await asyncio.sleep(self.rules.game.every)
+        try:
+            await self.find_face(ball)
+            path, shown = f"/{self.get('room')}/drops?wait=1", {"name": clean(ball["name"])}
+            if ball["colour"]:
+                shown["colour"] = ball["colour"]
+            reply = await self.ask("POST", path, shown, ball["key"])
+            if not reply:  # without the name that it refuses
+                reply = await self.ask("POST", path, {}, ball["key"])
+            if "landed" in reply:
+                self.land(ball, reply["landed"])
+        finally:
+            self.falling.remove(ball["number"])
+
+    def next_ball(self) -> sqlite3.Row | None:
+        """The oldest ball that has not landed and is not falling, with its event."""
+        rows = self.rows(
+            "SELECT * FROM balls JOIN events ON events.id = balls.event WHERE landed IS NULL "
+            "ORDER BY number LIMIT ?", self.rules.game.falling,
+        )  # fmt: skip
+        return next((row for row in rows if row["number"] not in self.falling), None)
+
+    async def find_face(self, ball: sqlite3.Row) -> None:
+        """Learn what a viewer's balls look like: an emoji after the command, or the avatar."""
+        emoji = re.fullmatch(r"\S+\s+([^\w\s<>&:]{1,16})", ball["text"])
+        known = self.rows("SELECT 1 FROM faces WHERE user = ?", ball["user"])
+        if not self.rules.looks.faces or (known and not emoji):
+            return
+        face, number = emoji[1] if emoji else ball["face"], ball["user"].removeprefix("twitch:")
+        try:
+            async with asyncio.timeout(2.0):
+                if self.twitch and not face and number not in ("", ball["user"]):
+                    user = await anext(self.twitch.get_users(user_ids=[number]))
+                    face = user.profile_image_url.replace("300x300", "50x50")
+                if "://" in face:
+                    async with self.http.get(face, raise_for_status=True) as reply:
+                        data = await reply.content.read(FACE + 1)
+                    face = picture(reply.url.path, data) if len(data) <= FACE else ""
+        except Exception as error:  # noqa: BLE001 - the ball falls without it
+            log.info("no avatar of %s: %s", ball["name"], error)
+            return
+        with self.db:
+            self.db.execute("REPLACE INTO faces VALUES (?, ?)", (ball["user"], face))
+
+    # A landing changes something.
+
+    def land(self, ball: sqlite3.Row, landed: dict[str, Any]) -> None:
+        """Write a landing with all that it changes, unless it is known."""
+        row = (landed["bin"], landed["score"], landed.get("label"), time.time(), ball["number"])
+        words = {"name": ball["name"], "bin": landed["bin"], "score": f"{landed['score']:g}x"}
+        with self.db:
+            written = self.db.execute(
+                "UPDATE balls SET bin = ?, score = ?, label = ?, landed = ? "
+                "WHERE number = ? AND landed IS NULL", row,
+            )  # fmt: skip
+            if written.rowcount:
+                for rule in self.rules.landing:
+                    if rule.fits(landed):
+                        self.apply(rule, ball["event"], **words)
+                self.answer(ball)
+
+    def apply(self, effects: Effects, event: str, **words: object) -> None:
+        """What an event or a landing changes."""
+        figures = self.figures()
+        figures["left"] += effects.timer
+        if effects.pause is not None:
+            figures["running"] = not effects.pause
+        figures["jackpot"] += effects.jackpot
+        words["jackpot"] = f"{figures['jackpot']:g}"
+        if effects.pay and self.rules.jackpot:
+            figures["jackpot"] = self.rules.jackpot.start
+        reached = []
+        for name, more in effects.goals.items():
+            before, goal = figures["goals"].get(name, 0.0), self.rules.goals[name]
+            figures["goals"][name] = before + more
+            if before < goal.target <= before + more:
+                reached.append(goal.reached)
+        self.put("show", figures)
+        self.add(event, effects.again)
+        if effects.say:
+            self.post("say", effects.say.format_map(defaultdict(str, words)), ANSWER)
+        for kind in ("scene", "source", "sound"):
+            if self.rules.obs and (name := getattr(effects, kind)):
+                self.post("obs", [kind, name, effects.seconds], EFFECT)
+        for each in reached:
+            self.apply(each, event, **words)
+
+    def figures(self) -> dict[str, Any]:
+        """Timer, jackpot and goals. `left`: seconds on the timer, at `time`."""
+        timer, jackpot, now = (
+            self.rules.timer or Figure(),
+            self.rules.jackpot or Figure(),
+            time.time(),
+        )
+        fresh = {"left": timer.start, "running": False, "jackpot": jackpot.start, "goals": {}}
+        figures = {"time": now, **self.get("show", fresh)}
+        if figures["running"]:
+            figures["left"] -= now - figures["time"]
+        return {**figures, "left": max(0.0, figures["left"]), "time": now}
+
+    def answer(self, ball: sqlite3.Row) -> None:
+        """Write to the viewer where the balls went, once all of them have landed."""
+        balls, landed, total, score, best, label = self.rows(
+            "SELECT count(*), count(landed), total(score), max(score), bin, label "
+            "FROM balls WHERE event = ?", ball["event"],
+        )[0]  # fmt: skip
+        if landed < balls:
+            return
+        won = label or f"{score:g}x"  # by the best of them, as its bin is
+        text = f"@{ball['name']} {won} (bin {best})"
+        if balls > 1:
+            text = f"@{ball['name']} {balls} balls: {total:g}x, the best {won}"
+        self.db.execute("UPDATE events SET answer = ? WHERE id = ?", (text, ball["event"]))
+        self.put("last", text)
+        if ball["user"].startswith("twitch:"):
+            self.post("say", text, ANSWER)
+
+    # What waits for the chat and for OBS.
+
+    def post(self, kind: str, data: Any, keep: float, due: float = 0.0) -> None:
+        """Have something done after this transaction, at least once, unless it is too late."""
+        row = (kind, json.dumps(data), due, max(due, time.time()) + keep)
+        self.db.execute("INSERT INTO outbox (kind, data, due, ends) VALUES (?, ?, ?, ?)", row)
+
+    def posted(self, kind: str) -> list[tuple[int, Any]]:
+        """Numbers and data of the oldest of this kind that are due and not too late."""
+        rows = self.rows(
+            "SELECT number, data FROM outbox WHERE kind = ? AND unixepoch() BETWEEN due AND ends "
+            "ORDER BY number LIMIT 20", kind,
+        )  # fmt: skip
+        return [(row["number"], json.loads(row["data"])) for row in rows]
+
+    def done(self, number: int) -> None:
+        with self.db:
+            self.db.execute("DELETE FROM outbox WHERE number = ?", (number,))
+
+    async def say(self) -> None:
+        """Send the lines for the chat that wait, as many as fit, as one."""
+        posted = self.posted("say")
+        while len(line := " · ".join(text[:LINE] for _, text in posted)) > LINE:
+            posted.pop()
+        if posted:
+            twitch, self.twitch = await self.sign_in(), None  # after an error, it is of no use
+            await twitch.send_chat_message(self.streamer, self.streamer, line)
+            self.twitch = twitch
+            for number, _ in posted:
+                self.done(number)
+
+    # The stage.
+
+    async def show(self) -> None:
+        """Send timer, goals, jackpot, looks and faces to the stage, if they have changed."""
+        rules, figures = self.rules, self.figures()
+        if not self.get("room"):
+            await self.open_room()
+        faces = self.rows(
+            "SELECT DISTINCT name, faces.face FROM balls JOIN events ON events.id = balls.event "
+            "JOIN faces USING (user) WHERE faces.face <> '' AND landed IS NULL "
+            "ORDER BY number LIMIT 25"
+        )
+        show: dict[str, Any] = {
+            "looks": {
+                name: getattr(rules.looks, name) for name in ("panel", "ink", "accent", "font")
+            },
+            "faces": {clean(name): face for name, face in faces},
+            "goals": [
+                {"label": name, "value": figures["goals"].get(name, 0.0), "target": goal.target}
+                for name, goal in rules.goals.items()
+            ],
+        }
+        if logo := rules.looks.logo:
+            show["looks"]["logo"] = picture(logo, Path(logo).read_bytes())
+        if timer := rules.timer:
+            show["timer"] = {
+                "left": figures["left"],
+                "label": timer.label,
+                "running": figures["running"],
+            }
+        if pot := rules.jackpot:
+            show["jackpot"] = {"value": figures["jackpot"], "label": pot.label, "unit": pot.unit}
+        # A running timer counts on at the stage.
+        news = (self.get("room"), self.get("show"), show["faces"])
+        if news != self.shown:
+            await self.ask("PUT", f"/{self.get('room')}/show", show)
+            self.shown = news
+
+    async def write(self) -> None:
+        """Write the text files that have changed."""
+        figures = self.figures()
+        left = math.ceil(figures["left"])
+        texts = {"timer": f"{left // 3600}:{left // 60 % 60:02}:{left % 60:02}",
+                 "jackpot": f"{figures['jackpot']:g}", "last": self.get("last", "")}  # fmt: skip
+        for name, goal in self.rules.goals.items():
+            texts[f"goal {name}"] = f"{figures['goals'].get(name, 0.0):g} / {goal.target:g}"
+        for name, text in texts.items():
+            file = Path(self.rules.game.texts, f"{name}.txt")
+            if not file.exists() or file.read_text("utf-8") != text:
+                file.write_text(text, "utf-8")
+
+    # OBS.
+
+    async def direct(self) -> None:
+        """Do what waits for OBS, over one connection, until it ends."""
+        rules, shown = self.rules.obs, ""
+        password = rules.password or os.environ.get("OBS_PASSWORD", "")
+        self.obs = simpleobsws.WebSocketClient(rules.address, password)
+        try:
+            await self.obs.connect()
+            if not await self.obs.wait_until_identified():
+                raise OSError("not connected; is the password right?")
+            while self.obs.is_identified():
+                if rules.stage and shown != self.stage:
+                    shown = self.stage
+                    await self.set_input(rules.stage, url=shown)
+                for number, data in self.posted("obs"):
+                    await self.act(*data)
+                    self.done(number)
+                await asyncio.sleep(TURN)
+        finally:
+            await self.obs.disconnect()
+
+    async def call(self, kind: str, **data: Any) -> dict[str, Any]:
+        reply = await self.obs.call(simpleobsws.Request(kind, data or None))
+        if not reply.ok():
+            log.warning("OBS: %s %s: %s", kind, data, reply.requestStatus.comment)
+        return reply.responseData or {}
+
+    async def set_input(self, name: str, **settings: str) -> None:
+        await self.call("SetInputSettings", inputName=name, inputSettings=settings)
+
+    async def act(self, kind: str, name: str, seconds: float = 0.0, item: Any = None) -> None:
+        """Do one thing. What ends it is posted before, so that a crash leaves nothing behind."""
+        scene = (await self.call("GetCurrentProgramScene")).get("currentProgramSceneName")
+        match kind:
+            case "scene" if scene != name:
+                self.later(seconds, "back", name, 0.0, scene)
+                await self.call("SetCurrentProgramScene", sceneName=name)
+            case "back" if scene == name:  # else somebody has chosen another one meanwhile
+                await self.call("SetCurrentProgramScene", sceneName=item)
+            case "source":
+                if found := await self.call("GetSceneItemId", sceneName=scene, sourceName=name):
+                    item = {"sceneName": scene, **found}
+                    self.later(seconds, "hide", name, 0.0, item)
+                    await self.call("SetSceneItemEnabled", sceneItemEnabled=True, **item)
+            case "hide":
+                await self.call("SetSceneItemEnabled", sceneItemEnabled=False, **item)
+            case "sound":
+                sounds, file = self.rules.obs.sounds, Path(self.rules.obs.folder, name).resolve()
+                await self.set_input(sounds, local_file=str(file))
+                await self.call("TriggerMediaInputAction", inputName=sounds, mediaAction=RESTART)
+
+    def later(self, seconds: float, *data: Any) -> None:
+        with self.db:
+            self.post("obs", data, DAY, time.time() + seconds)
 
 
 def clean(name: str) -> str:
@@ -251,20 +749,22 @@ def picture(name: str, data: bytes) -> str:
 async def main(file: Path) -> None:
     rules = read_rules(file)
     os.chdir(file.parent)  # files are named from there
-    async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=60)) as http:
+    timeout = aiohttp.ClientTimeout(total=60)
+    async with aiohttp.ClientSession(timeout=timeout) as http, asyncio.TaskGroup() as group:
         kit = Kit(rules, http)
-        await kit.listen()
+        await kit.serve()
         if kit.get("room"):
             print(f"The stage is at {kit.stage}", flush=True)
-        async with asyncio.TaskGroup() as group:
-            group.create_task(kit.drop_all())
-            group.create_task(kit.show_all())
-            if rules.twitch:
-                twitch = Twitch(kit, rules.twitch, http)
-                kit.avatar = twitch.avatar
-                group.create_task(twitch.run())
-            if rules.obs:
-                group.create_task(Obs(kit, rules.obs).run())
+        tasks = [("The game", kit.drop, 0.0)] * rules.game.falling
+        tasks += [("The stage", kit.show, 1.0)]
+        if rules.game.texts:
+            tasks += [("The text files", kit.write, 1.0)]
+        if rules.twitch:
+            tasks += [("Twitch", kit.listen, PAUSE), ("The chat", kit.say, PAUSE)]
+        if rules.obs:
+            tasks += [("OBS", kit.direct, PAUSE)]
+        for part, step, pause in tasks:
+            group.create_task(forever(part, step, pause))
 
 
 if __name__ == "__main__":
