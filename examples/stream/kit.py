@@ -10,6 +10,7 @@ give, the game drops them, and what their landings change is shown on the stage 
 
 import asyncio
 import base64
+import contextlib
 import json
 import logging
 import math
@@ -37,10 +38,10 @@ from twitchAPI.type import AuthScope, InvalidRefreshTokenException, MissingScope
 MOST = 10_000  # balls of an event
 TURN, PAUSE = 0.2, 2.0  # s between two looks at the journal; between two attempts
 PATIENCE = 15.0  # s without a word from Twitch, which sends one every ten seconds
+SILENCE = aiohttp.ClientTimeout(PATIENCE)
 EFFECT, ANSWER, DAY = 30.0, 600.0, 86_400.0  # s after which what is posted is of no use any more
 LINE = 450  # characters of a line in the chat
 FACE = 1 << 12  # bytes: 25 of them fit into a show
-
 GONE = (401, 403, 404)  # statuses of a room that is not ours any more
 SCOPES = [
     AuthScope.USER_READ_CHAT, AuthScope.USER_WRITE_CHAT, AuthScope.BITS_READ,
@@ -49,7 +50,6 @@ SCOPES = [
 POINTS = "channel.channel_points_custom_reward_redemption.add"
 TYPES = ("channel.chat.message", "channel.cheer", "channel.subscribe",
          "channel.subscription.message", "channel.subscription.gift", POINTS)  # fmt: skip
-RESTART = "OBS_WEBSOCKET_MEDIA_INPUT_ACTION_RESTART"
 
 log = logging.getLogger("kit")
 
@@ -62,8 +62,9 @@ async def forever(part: str, step: Callable[[], Awaitable[None]], pause: float =
             await step()
             fault = ""
             await asyncio.sleep(pause)
-        except Exception as error:  # noqa: BLE001 - the show goes on
-            before, fault = fault, f"{type(error).__name__} {error}"
+        except* Exception as group:  # noqa: BLE001 - the show goes on
+            error = group.exceptions[0]
+            before, fault = fault, str(error) or type(error).__name__
             if fault != before:
                 log.warning("%s: %s", part, fault)
             await asyncio.sleep(PAUSE)
@@ -273,12 +274,11 @@ class Kit:
         async with self.signing_in:
             if self.twitch:
                 return self.twitch
-            rules, silence = self.rules.twitch, aiohttp.ClientTimeout(PATIENCE)
-            name, secret = f"twitch {rules.client_id}", os.environ.get("TWITCH_SECRET", "")
-            twitch = TwitchApi(rules.client_id, rules.client_secret or secret, False,
-                               base_url=rules.api, auth_base_url=rules.auth,
-                               session_timeout=silence)  # fmt: skip
-            twitch.auto_refresh_auth = False  # if it fails, the library waits for it for ever
+            rules, name = self.rules.twitch, f"twitch {self.rules.twitch.client_id}"
+            secret = rules.client_secret or os.environ.get("TWITCH_SECRET", "")
+            twitch = TwitchApi(rules.client_id, secret, False, base_url=rules.api,
+                               auth_base_url=rules.auth, session_timeout=SILENCE)  # fmt: skip
+            twitch.auto_refresh_auth = False  # after one that fails, the next would wait for ever
 
             async def keep(*tokens: str) -> None:
                 with self.db:
@@ -313,23 +313,25 @@ class Kit:
         The library's own reader loses subscriptions, without a word, if a connection breaks while
         it renews them.
         """
-        following = None
-        silence = aiohttp.ClientWSTimeout(ws_receive=PATIENCE)
-        async with self.http.ws_connect(address, timeout=silence) as socket:
-            async for frame in socket:
-                message = json.loads(frame.data)
-                about, payload = message["metadata"], message["payload"]
-                kind = about["message_type"]
-                if kind == "session_welcome" and address == self.rules.twitch.socket:
-                    await self.subscribe(payload["session"]["id"])
-                elif kind == "session_reconnect":
-                    following = asyncio.create_task(self.read(payload["session"]["reconnect_url"]))
-                elif kind == "notification":
-                    self.notice(about["message_id"], about["subscription_type"], payload["event"])
-                elif kind == "revocation":
-                    log.warning("Twitch: no longer sends %s", payload["subscription"]["type"])
-        if following:
-            await following
+        timeout = aiohttp.ClientWSTimeout(ws_receive=PATIENCE)
+        async with (
+            asyncio.TaskGroup() as following,
+            self.http.ws_connect(address, timeout=timeout) as socket,
+        ):
+            with contextlib.suppress(TimeoutError):  # silence is an end, too
+                async for frame in socket:
+                    message = json.loads(frame.data)
+                    about, payload = message["metadata"], message["payload"]
+                    match about["message_type"]:
+                        case "session_welcome" if address == self.rules.twitch.socket:
+                            await self.subscribe(payload["session"]["id"])
+                        case "session_reconnect":
+                            following.create_task(self.read(payload["session"]["reconnect_url"]))
+                        case "notification":
+                            self.notice(about, payload["event"])
+                        case "revocation":
+                            kind = payload["subscription"]["type"]
+                            log.warning("Twitch: no longer sends %s", kind)
 
     async def subscribe(self, session: str) -> None:
         twitch = await self.sign_in()
@@ -346,18 +348,19 @@ class Kit:
             ) as reply:  # fmt: skip
                 if reply.status in (400, 403):  # such as bits, for a channel that has none
                     log.warning("Twitch: this channel has no %s", kind)
-                else:
+                elif reply.status != 409:
                     reply.raise_for_status()
 
-    def notice(self, number: str, subscription: str, data: dict[str, Any]) -> None:
+    def notice(self, about: dict[str, Any], data: dict[str, Any]) -> None:
         """Take a notification, if the rules know something of it."""
         user = data.get("chatter_user_id") or data.get("user_id") or ""
         name = data.get("chatter_user_name") or data.get("user_name") or "Anonymous"
-        event = Event(number, "", name, f"twitch:{user}")
-        match subscription:
+        event = Event(about["message_id"], "", name, f"twitch:{user}")
+        match about["subscription_type"]:
             case "channel.chat.message":
                 event.text, event.colour = data["message"]["text"].strip(), data["color"].lower()
-                event.kind = event.text.split(maxsplit=1)[0].lower()
+                if event.text.startswith("!"):
+                    event.kind = event.text.split()[0].lower()
                 badges = {badge["set_id"] for badge in data["badges"]}
                 event.mod = not badges.isdisjoint({"broadcaster", "moderator"})
             case "channel.cheer":
@@ -482,10 +485,11 @@ class Kit:
             await asyncio.sleep(self.rules.game.every)
         try:
             await self.find_face(ball)
-            path, shown = f"/{self.get('room')}/drops?wait=1", {"name": clean(ball["name"])}
-            if ball["colour"]:
-                shown["colour"] = ball["colour"]
-            reply = await self.ask("POST", path, shown, ball["key"])
+            path, shown = f"/{self.get('room')}/drops?wait=1", (clean(ball["name"]), ball["colour"])
+            tag = {
+                key: value for key, value in zip(("name", "colour"), shown, strict=True) if value
+            }
+            reply = await self.ask("POST", path, tag, ball["key"])
             if not reply:  # without the name that it refuses
                 reply = await self.ask("POST", path, {}, ball["key"])
             if "landed" in reply:
@@ -552,7 +556,7 @@ class Kit:
             figures["jackpot"] = self.rules.jackpot.start
         reached = []
         for name, more in effects.goals.items():
-            before, goal = figures["goals"].get(name, 0.0), self.rules.goals[name]
+            before, goal = figures["goals"][name], self.rules.goals[name]
             figures["goals"][name] = before + more
             if before < goal.target <= before + more:
                 reached.append(goal.reached)
@@ -568,13 +572,11 @@ class Kit:
 
     def figures(self) -> dict[str, Any]:
         """Timer, jackpot and goals. `left`: seconds on the timer, at `time`."""
-        timer, jackpot, now = (
-            self.rules.timer or Figure(),
-            self.rules.jackpot or Figure(),
-            time.time(),
-        )
+        timer, jackpot = self.rules.timer or Figure(), self.rules.jackpot or Figure()
         fresh = {"left": timer.start, "running": False, "jackpot": jackpot.start, "goals": {}}
+        now = time.time()
         figures = {"time": now, **self.get("show", fresh)}
+        figures["goals"] = dict.fromkeys(self.rules.goals, 0.0) | figures["goals"]
         if figures["running"]:
             figures["left"] -= now - figures["time"]
         return {**figures, "left": max(0.0, figures["left"]), "time": now}
@@ -598,22 +600,25 @@ class Kit:
 
     # What waits for the chat and for OBS.
 
-    def post(self, kind: str, data: Any, keep: float, due: float = 0.0) -> None:
-        """Have something done after this transaction, at least once, unless it is too late."""
-        row = (kind, json.dumps(data), due, max(due, time.time()) + keep)
+    def post(self, kind: str, data: Any, keep: float, after: float = 0.0) -> None:
+        """Have something done some seconds after this, at least once, unless it is too late."""
+        due = time.time() + after
+        row = (kind, json.dumps(data), due, due + keep)
         self.db.execute("INSERT INTO outbox (kind, data, due, ends) VALUES (?, ?, ?, ?)", row)
 
     def posted(self, kind: str) -> list[tuple[int, Any]]:
         """Numbers and data of the oldest of this kind that are due and not too late."""
         rows = self.rows(
-            "SELECT number, data FROM outbox WHERE kind = ? AND unixepoch() BETWEEN due AND ends "
-            "ORDER BY number LIMIT 20", kind,
+            "SELECT number, data FROM outbox WHERE kind = ? AND ? BETWEEN due AND ends "
+            "ORDER BY number LIMIT 20", kind, time.time(),
         )  # fmt: skip
         return [(row["number"], json.loads(row["data"])) for row in rows]
 
     def done(self, number: int) -> None:
         with self.db:
-            self.db.execute("DELETE FROM outbox WHERE number = ?", (number,))
+            self.db.execute(
+                "DELETE FROM outbox WHERE number = ? OR ends < ?", (number, time.time())
+            )
 
     async def say(self) -> None:
         """Send the lines for the chat that wait, as many as fit, as one."""
@@ -639,24 +644,18 @@ class Kit:
             "JOIN faces USING (user) WHERE faces.face <> '' AND landed IS NULL "
             "ORDER BY number LIMIT 25"
         )
-        show: dict[str, Any] = {
-            "looks": {
-                name: getattr(rules.looks, name) for name in ("panel", "ink", "accent", "font")
-            },
-            "faces": {clean(name): face for name, face in faces},
-            "goals": [
-                {"label": name, "value": figures["goals"].get(name, 0.0), "target": goal.target}
-                for name, goal in rules.goals.items()
-            ],
-        }
+        show: dict[str, Any] = {"faces": {clean(name): face for name, face in faces}}
+        show["looks"] = msgspec.to_builtins(rules.looks)
+        del show["looks"]["options"], show["looks"]["faces"]
         if logo := rules.looks.logo:
             show["looks"]["logo"] = picture(logo, Path(logo).read_bytes())
-        if timer := rules.timer:
-            show["timer"] = {
-                "left": figures["left"],
-                "label": timer.label,
-                "running": figures["running"],
-            }
+        show["goals"] = [
+            {"label": name, "value": figures["goals"][name], "target": goal.target}
+            for name, goal in rules.goals.items()
+        ]
+        if rules.timer:
+            left, running = figures["left"], figures["running"]
+            show["timer"] = {"left": left, "label": rules.timer.label, "running": running}
         if pot := rules.jackpot:
             show["jackpot"] = {"value": figures["jackpot"], "label": pot.label, "unit": pot.unit}
         # A running timer counts on at the stage.
@@ -672,7 +671,7 @@ class Kit:
         texts = {"timer": f"{left // 3600}:{left // 60 % 60:02}:{left % 60:02}",
                  "jackpot": f"{figures['jackpot']:g}", "last": self.get("last", "")}  # fmt: skip
         for name, goal in self.rules.goals.items():
-            texts[f"goal {name}"] = f"{figures['goals'].get(name, 0.0):g} / {goal.target:g}"
+            texts[f"goal {name}"] = f"{figures['goals'][name]:g} / {goal.target:g}"
         for name, text in texts.items():
             file = Path(self.rules.game.texts, f"{name}.txt")
             if not file.exists() or file.read_text("utf-8") != text:
@@ -692,7 +691,9 @@ class Kit:
             while self.obs.is_identified():
                 if rules.stage and shown != self.stage:
                     shown = self.stage
-                    await self.set_input(rules.stage, url=shown)
+                    await self.call(
+                        "SetInputSettings", inputName=rules.stage, inputSettings={"url": shown}
+                    )
                 for number, data in self.posted("obs"):
                     await self.act(*data)
                     self.done(number)
@@ -706,15 +707,15 @@ class Kit:
             log.warning("OBS: %s %s: %s", kind, data, reply.requestStatus.comment)
         return reply.responseData or {}
 
-    async def set_input(self, name: str, **settings: str) -> None:
-        await self.call("SetInputSettings", inputName=name, inputSettings=settings)
-
     async def act(self, kind: str, name: str, seconds: float = 0.0, item: Any = None) -> None:
         """Do one thing. What ends it is posted before, so that a crash leaves nothing behind."""
         scene = (await self.call("GetCurrentProgramScene")).get("currentProgramSceneName")
         match kind:
             case "scene" if scene != name:
-                self.later(seconds, "back", name, 0.0, scene)
+                query = "SELECT data FROM outbox WHERE kind = 'obs' AND due > ?"
+                ends = [json.loads(row["data"]) for row in self.rows(query, time.time())]
+                homes = {data[1]: data[3] for data in ends if data[0] == "back"}
+                self.later(seconds, "back", name, 0.0, homes.get(scene, scene))
                 await self.call("SetCurrentProgramScene", sceneName=name)
             case "back" if scene == name:  # else somebody has chosen another one meanwhile
                 await self.call("SetCurrentProgramScene", sceneName=item)
@@ -726,13 +727,16 @@ class Kit:
             case "hide":
                 await self.call("SetSceneItemEnabled", sceneItemEnabled=False, **item)
             case "sound":
-                sounds, file = self.rules.obs.sounds, Path(self.rules.obs.folder, name).resolve()
-                await self.set_input(sounds, local_file=str(file))
-                await self.call("TriggerMediaInputAction", inputName=sounds, mediaAction=RESTART)
+                rules, restart = self.rules.obs, "OBS_WEBSOCKET_MEDIA_INPUT_ACTION_RESTART"
+                settings = {"local_file": str(Path(rules.folder, name).resolve())}
+                await self.call("SetInputSettings", inputName=rules.sounds, inputSettings=settings)
+                await self.call(
+                    "TriggerMediaInputAction", inputName=rules.sounds, mediaAction=restart
+                )
 
     def later(self, seconds: float, *data: Any) -> None:
         with self.db:
-            self.post("obs", data, DAY, time.time() + seconds)
+            self.post("obs", data, DAY, seconds)
 
 
 def clean(name: str) -> str:

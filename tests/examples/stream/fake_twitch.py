@@ -15,6 +15,7 @@ from aiohttp import WSCloseCode, web
 CLIENT: Final = {"client_id": "client", "client_secret": "secret"}
 USER: Final = {"id": "1", "login": "show", "display_name": "Show"}
 PICTURE: Final = b"\x89PNG\r\n\x1a\n"
+KEEPALIVE: Final = 10  # s
 UNSURE: Final = 200
 """Messages of a connection that may be lost with it, so that Twitch sends them again."""
 
@@ -32,7 +33,10 @@ class FakeTwitch:
         self.tokens: list[str] = []  # the last one is valid
         self.waits = 1  # polls until the streamer has entered the code
         self.signed_in = 0
+        self.broken_renewals = 0  # of tokens, that fail before the next one
+        self.closes_former = True  # connection, once its subscriptions have moved
         self.subscribed: set[str] = set()  # types, of the connection
+        self.subscriptions = 0  # requests
         self._socket: web.WebSocketResponse | None = None  # of the session with subscriptions
         self._sessions: dict[str, web.WebSocketResponse] = {}
         self._moving: set[str] = set()  # sessions to which the subscriptions move
@@ -49,6 +53,10 @@ class FakeTwitch:
             f'[twitch]\nclient_id = "client"\nclient_secret = "secret"\napi = "http://{home}/helix/"\n'
             f'auth = "http://{home}/oauth2/"\nsocket = "ws://{home}/ws"\n'
         )
+
+    @property
+    def connections(self) -> int:
+        return len(self._sessions)
 
     async def start(self) -> None:
         """At the same port each time."""
@@ -134,16 +142,22 @@ class FakeTwitch:
         await socket.prepare(request)
         session = request.query.get("session") or str(uuid.uuid4())
         self._sessions[session] = socket
-        welcome = {"id": session, "status": "connected", "keepalive_timeout_seconds": 10,
+        welcome = {"id": session, "status": "connected", "keepalive_timeout_seconds": KEEPALIVE,
                    "reconnect_url": None}  # fmt: skip
         await socket.send_json(_message("session_welcome", welcome))
         if session in self._moving:
             before, self._socket = self._socket, socket
             assert before is not None
-            await before.close(code=WSCloseCode.OK)
+            if self.closes_former:
+                await before.close(code=WSCloseCode.OK)
         await self._flush()
-        async for _ in socket:  # a client that sends anything is cut off
-            await socket.close(code=4001)
+        while not socket.closed:
+            try:
+                await socket.receive(KEEPALIVE / 2)
+                await socket.close(code=4001)  # a client that sends anything is cut off
+            except TimeoutError:
+                if self._socket is socket:
+                    await socket.send_json(_message("session_keepalive", {}))
         del self._sessions[session]
         if self._socket is socket:
             self._lost()
@@ -159,6 +173,7 @@ class FakeTwitch:
         assert asked["condition"]["broadcaster_user_id"] == USER["id"]
         self._socket = socket
         self.subscribed.add(asked["type"])
+        self.subscriptions += 1
         await self._flush()
         return web.json_response({"data": [{**asked, "id": str(uuid.uuid4())}]}, status=202)
 
@@ -190,6 +205,9 @@ class FakeTwitch:
 
     async def _token(self, request: web.Request) -> web.Response:
         given = await request.post()
+        if given["grant_type"] == "refresh_token" and self.broken_renewals:
+            self.broken_renewals -= 1
+            return web.Response(status=502, text="<html>proxy</html>", content_type="text/html")
         if given["grant_type"] == "refresh_token":
             known = (given["client_id"], given["client_secret"]) == tuple(CLIENT.values())
             if not known or given["refresh_token"] != f"refresh {len(self.tokens)}":

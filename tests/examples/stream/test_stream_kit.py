@@ -107,6 +107,7 @@ async def test_events_of_twitch_become_balls_by_the_rules(
         await twitch.chat("Ben", "!drop again, too early")
         await twitch.chat("Cleo", "please !drop")
         await twitch.chat("Cleo", "!other")
+        await twitch.chat("Cleo", "sub")
         await twitch.chat("Dora", "!drop", number="twice")
         await twitch.chat("Dora", "!drop", number="twice")
         await twitch.send("channel.cheer", bits=150, is_anonymous=False, **viewer)
@@ -221,6 +222,37 @@ async def test_a_kit_goes_on_at_another_connection_and_with_a_new_token(
         assert twitch.signed_in == 1, "no code had to be entered again"
 
 
+async def test_a_token_that_cannot_be_renewed_at_first_stops_no_answer(
+    server: Running, twitch: FakeTwitch, tmp_path: Path
+) -> None:
+    async with running(tmp_path, server.url, RULES + twitch.rules) as kit:
+        await eventually(lambda: twitch.subscribed)
+        twitch.tokens[-1] = "expired"
+        twitch.broken_renewals = 2
+        await twitch.chat("Ada", "!drop")
+        await eventually(lambda: any("@Ada" in line for line in twitch.said))
+        assert twitch.broken_renewals == 0
+        assert twitch.signed_in == 1, "no code had to be entered again"
+        for line in (*kit.lines, kit.log):
+            assert not re.search("refresh 1|token 1|secret", line), "no secret is logged"
+
+
+async def test_a_connection_that_moves_keeps_its_subscriptions_although_the_former_stays_open(
+    server: Running, twitch: FakeTwitch, tmp_path: Path
+) -> None:
+    twitch.closes_former = False
+    async with running(tmp_path, server.url, RULES + twitch.rules) as kit:
+        await eventually(lambda: len(twitch.subscribed) == 6)
+        await twitch.move()
+        await twitch.chat("Ada", "!drop")
+        await still(kit, {"Ada": 1})
+        await eventually(lambda: twitch.connections == 1)  # the kit leaves what has fallen silent
+        await twitch.chat("Ben", "!drop")
+        await still(kit, {"Ada": 1, "Ben": 1})
+        assert twitch.subscriptions == 6, "a second set would send each event twice"
+        assert kit.log == ""
+
+
 async def test_kit_platform_and_server_may_break(twitch: FakeTwitch, tmp_path: Path) -> None:
     ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
     names = [f"viewer {n}" for n in range(12)]
@@ -306,6 +338,30 @@ async def test_obs_shows_scenes_sources_and_the_stage(
         assert obs.played == [str(tmp_path / "sounds" / "win.ogg")]
 
 
+async def test_after_scenes_that_overlap_obs_shows_the_streamers_own(
+    server: Running, obs: FakeObs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OBS_PASSWORD", PASSWORD)
+    rules = """
+[in.gift]
+scene = "Jackpot"
+seconds = 2
+[in.sub]
+scene = "Party"
+seconds = 2
+say = "from {name}{bin}"
+"""
+    async with (
+        running(tmp_path, server.url, rules + obs.rules) as kit,
+        httpx.AsyncClient(timeout=LIMIT) as http,
+    ):
+        await eventually(lambda: "url" in obs.inputs["Plinko"])
+        await http.get(kit.address, params={"kind": "gift", "name": "Ada"})
+        await eventually(lambda: obs.scenes == ["Jackpot"])
+        await http.get(kit.address, params={"kind": "sub", "name": "Ben"})
+        await eventually(lambda: obs.scenes == ["Jackpot", "Party", "Game"])
+
+
 async def test_a_wrong_password_of_obs_stops_no_ball(
     server: Running, obs: FakeObs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -331,9 +387,14 @@ async def test_other_programs_send_events_to_one_address(server: Running, tmp_pa
         assert re.fullmatch(r"@Ada [12]x \(bin [01]\)", told.text), "1 and 1.5 are another ball"
         assert (await http.get(kit.address, params={"kind": "raid"})).json() == {"balls": 0}
         for wrong in ({"kind": "sub", "amount": "many"}, {"kind": "sub", "amount": "nan"}, {},
-                      {"kind": "sub", "face": "<b>"}):  # fmt: skip
+                      {"kind": "sub", "face": "<b>"},
+                      {"kind": "sub", "colour": "red"}):  # fmt: skip
             refused = await http.get(kit.address, params=wrong)
             assert refused.status_code == 422, refused.text
+        for body in ("[1]", '"sub"', "{", "null"):
+            refused = await http.post(kit.address, content=body)
+            assert refused.status_code == 422, refused.text
+        assert "Expected `object`" in refused.text
         foreign = re.sub(r"/\w+/event", "/guess/event", kit.address)
         assert (await http.get(foreign, params=query)).status_code == 404
         strange = {"kind": "sub", "name": "<b>\u202eEve\n  of a very long name, indeed</b>"}
@@ -371,7 +432,10 @@ def kit_module() -> Iterator[Any]:
         ("[in.sub]\nballs = 1\ngoals = {Bals = 1}\n", 'line 3, .*no goal has the name "Bals"'),
         ("[goals.A]\ntarget = 1\n[goals.B]\n", r"line 3, \[goals.B\]: .*missing .*`target`"),
         ("[in.sub]\nsay = '{who}'\n", "line 2, say = '{who}'"),
+        ("[goals.A]\ntarget = 1\n[goals.A.reached]\nsay = '{who}'\n", "line 4, say = '{who}'"),
+        ("[goals.A]\ntarget = 1\nreached = {goals = {B = 1}}\n", 'line 3, .*has the name "B"'),
         ("[in.sub]\nballs = -1\n", "line 2, balls = -1"),
+        ("[[landing]]\nbin = [\n  1,\n  'x',\n]\n", r"line 5, \]: .*bin"),
         ("[twitch]\nclient_id =\n[obs]\n", "line 2"),
     ],
 )
