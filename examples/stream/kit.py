@@ -22,7 +22,6 @@ import sqlite3
 import sys
 import time
 import unicodedata
-from collections import defaultdict
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,7 +32,7 @@ import simpleobsws
 from aiohttp import web
 from twitchAPI.oauth import CodeFlow
 from twitchAPI.twitch import Twitch as TwitchApi
-from twitchAPI.type import AuthScope, InvalidRefreshTokenException, MissingScopeException
+from twitchAPI.type import AuthScope, InvalidRefreshTokenException, TwitchAuthorizationException
 
 MOST = 10_000  # balls of an event
 TURN, PAUSE = 0.2, 2.0  # s between two looks at the journal; between two attempts
@@ -47,9 +46,9 @@ SCOPES = [
     AuthScope.USER_READ_CHAT, AuthScope.USER_WRITE_CHAT, AuthScope.BITS_READ,
     AuthScope.CHANNEL_READ_SUBSCRIPTIONS, AuthScope.CHANNEL_READ_REDEMPTIONS,
 ]  # fmt: skip
-POINTS = "channel.channel_points_custom_reward_redemption.add"
 TYPES = ("channel.chat.message", "channel.cheer", "channel.subscribe",
-         "channel.subscription.message", "channel.subscription.gift", POINTS)  # fmt: skip
+         "channel.subscription.message", "channel.subscription.gift",
+         "channel.channel_points_custom_reward_redemption.add")  # fmt: skip
 
 log = logging.getLogger("kit")
 
@@ -227,8 +226,8 @@ CREATE TABLE IF NOT EXISTS state (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS events (id TEXT PRIMARY KEY, kind TEXT, user TEXT, name TEXT,
     cents INTEGER, colour TEXT, text TEXT, face TEXT, time REAL, answer TEXT);
 CREATE INDEX IF NOT EXISTS events_user ON events (user, kind);
-CREATE TABLE IF NOT EXISTS balls (number INTEGER PRIMARY KEY, key TEXT, event TEXT,
-    bin INTEGER, score REAL, label TEXT, landed REAL);
+CREATE TABLE IF NOT EXISTS balls (number INTEGER PRIMARY KEY, event TEXT,
+    key TEXT DEFAULT (hex(randomblob(16))), bin INTEGER, score REAL, label TEXT, landed REAL);
 CREATE INDEX IF NOT EXISTS balls_event ON balls (event);
 CREATE INDEX IF NOT EXISTS balls_waiting ON balls (number) WHERE landed IS NULL;
 CREATE TABLE IF NOT EXISTS faces (user TEXT PRIMARY KEY, face TEXT);
@@ -247,12 +246,11 @@ class Kit:
 
     def __init__(self, rules: Rules, http: aiohttp.ClientSession) -> None:
         self.rules, self.http = rules, http
-        self.db = sqlite3.connect(rules.game.journal)
+        self.db = sqlite3.connect(rules.game.journal, isolation_level=None)
         self.db.row_factory = sqlite3.Row
         self.db.executescript(SCHEMA)
-        with self.db:
-            for name in ("secret", "address"):  # of requests to the game, of ours for programs
-                self.put(name, self.get(name) or secrets.token_hex(16))
+        for name in ("secret", "address"):  # of requests to the game, of ours for programs
+            self.put(name, self.get(name) or secrets.token_hex(16))
         self.twitch: TwitchApi | None = None  # signed in
         self.signing_in, self.choosing = asyncio.Lock(), asyncio.Lock()
         self.falling: set[int] = set()  # numbers of balls
@@ -281,8 +279,7 @@ class Kit:
             twitch.auto_refresh_auth = False  # after one that fails, the next would wait for ever
 
             async def keep(*tokens: str) -> None:
-                with self.db:
-                    self.put(name, tokens)
+                self.put(name, tokens)
 
             twitch.user_auth_refresh_callback = keep
             if not self.get(name):
@@ -295,7 +292,7 @@ class Kit:
                 async with asyncio.timeout(PATIENCE):
                     await twitch.set_user_authentication(token, SCOPES, refresh)
                     self.streamer = await anext(user.id async for user in twitch.get_users())
-            except (InvalidRefreshTokenException, MissingScopeException):
+            except (InvalidRefreshTokenException, TwitchAuthorizationException):
                 await keep()  # the streamer has to enter a code again
                 raise
             self.twitch = twitch
@@ -414,6 +411,7 @@ class Kit:
             return 0
         now, cents = time.time(), round(100 * event.amount)
         with self.db:
+            self.db.execute("BEGIN")
             paid, last = self.rows(
                 "SELECT total(cents), max(time) FROM events "
                 "WHERE user = ? AND kind = ? AND time IS NOT NULL", event.user, event.kind,
@@ -430,13 +428,11 @@ class Kit:
                     price = round(100 * rule.per)
                     times = int((paid + cents) // price - paid // price)
                 self.add(event.id, min(rule.balls * times, MOST))
-                self.apply(rule, event.id, name=event.name)
+                self.apply(rule, event.id, {"name": event.name, "bin": "", "score": ""})
         return len(self.rows("SELECT 1 FROM balls WHERE event = ?", event.id))
 
     def add(self, event: str, balls: int) -> None:
-        for _ in range(balls):
-            row = (secrets.token_hex(16), event)
-            self.db.execute("INSERT INTO balls (key, event) VALUES (?, ?)", row)
+        self.db.executemany("INSERT INTO balls (event) VALUES (?)", [(event,)] * balls)
 
     # The balls fall.
 
@@ -452,8 +448,7 @@ class Kit:
             log.warning("The game refuses %s: %s", body, found["detail"])
             return {}
         if reply.status in GONE and path.startswith(f"/{self.get('room')}/"):
-            with self.db:
-                self.put("room", None)  # before the next show, another one is opened
+            self.put("room", None)  # before the next show, another one is opened
         if not reply.ok:
             raise OSError(found["detail"])
         return found
@@ -465,9 +460,8 @@ class Kit:
         reply = await self.ask("POST", "", {"board": board})
         if not reply:
             sys.exit("the game refuses the board")
-        with self.db:
-            self.put("room", reply["id"])
-            self.put("token", reply["token"])
+        self.put("token", reply["token"])
+        self.put("room", reply["id"])
         print(f"The stage is at {self.stage}", flush=True)
 
     @property
@@ -517,6 +511,8 @@ class Kit:
                 if self.twitch and not face and number not in ("", ball["user"]):
                     user = await anext(self.twitch.get_users(user_ids=[number]))
                     face = user.profile_image_url.replace("300x300", "50x50")
+                if not face:
+                    return
                 if "://" in face:
                     async with self.http.get(face, raise_for_status=True) as reply:
                         data = await reply.content.read(FACE + 1)
@@ -524,8 +520,7 @@ class Kit:
         except Exception as error:  # noqa: BLE001 - the ball falls without it
             log.info("no avatar of %s: %s", ball["name"], error)
             return
-        with self.db:
-            self.db.execute("REPLACE INTO faces VALUES (?, ?)", (ball["user"], face))
+        self.db.execute("REPLACE INTO faces VALUES (?, ?)", (ball["user"], face))
 
     # A landing changes something.
 
@@ -534,6 +529,7 @@ class Kit:
         row = (landed["bin"], landed["score"], landed.get("label"), time.time(), ball["number"])
         words = {"name": ball["name"], "bin": landed["bin"], "score": f"{landed['score']:g}x"}
         with self.db:
+            self.db.execute("BEGIN")
             written = self.db.execute(
                 "UPDATE balls SET bin = ?, score = ?, label = ?, landed = ? "
                 "WHERE number = ? AND landed IS NULL", row,
@@ -541,17 +537,17 @@ class Kit:
             if written.rowcount:
                 for rule in self.rules.landing:
                     if rule.fits(landed):
-                        self.apply(rule, ball["event"], **words)
+                        self.apply(rule, ball["event"], words)
                 self.answer(ball)
 
-    def apply(self, effects: Effects, event: str, **words: object) -> None:
-        """What an event or a landing changes."""
+    def apply(self, effects: Effects, event: str, words: dict[str, object]) -> None:
+        """Change what an event or a landing changes; `words` are those that a line may have."""
         figures = self.figures()
         figures["left"] += effects.timer
         if effects.pause is not None:
             figures["running"] = not effects.pause
         figures["jackpot"] += effects.jackpot
-        words["jackpot"] = f"{figures['jackpot']:g}"
+        words = {**words, "jackpot": f"{figures['jackpot']:g}"}
         if effects.pay and self.rules.jackpot:
             figures["jackpot"] = self.rules.jackpot.start
         reached = []
@@ -563,12 +559,12 @@ class Kit:
         self.put("show", figures)
         self.add(event, effects.again)
         if effects.say:
-            self.post("say", effects.say.format_map(defaultdict(str, words)), ANSWER)
+            self.post("say", effects.say.format(**words), ANSWER)
         for kind in ("scene", "source", "sound"):
             if self.rules.obs and (name := getattr(effects, kind)):
                 self.post("obs", [kind, name, effects.seconds], EFFECT)
         for each in reached:
-            self.apply(each, event, **words)
+            self.apply(each, event, words)
 
     def figures(self) -> dict[str, Any]:
         """Timer, jackpot and goals. `left`: seconds on the timer, at `time`."""
@@ -615,10 +611,8 @@ class Kit:
         return [(row["number"], json.loads(row["data"])) for row in rows]
 
     def done(self, number: int) -> None:
-        with self.db:
-            self.db.execute(
-                "DELETE FROM outbox WHERE number = ? OR ends < ?", (number, time.time())
-            )
+        query = "DELETE FROM outbox WHERE number = ? OR ends < ?"
+        self.db.execute(query, (number, time.time()))
 
     async def say(self) -> None:
         """Send the lines for the chat that wait, as many as fit, as one."""
@@ -626,7 +620,8 @@ class Kit:
         while len(line := " · ".join(text[:LINE] for _, text in posted)) > LINE:
             posted.pop()
         if posted:
-            twitch, self.twitch = await self.sign_in(), None  # after an error, it is of no use
+            twitch = await self.sign_in()
+            self.twitch = None  # after an error, it is of no use
             await twitch.send_chat_message(self.streamer, self.streamer, line)
             self.twitch = twitch
             for number, _ in posted:
@@ -715,14 +710,14 @@ class Kit:
                 query = "SELECT data FROM outbox WHERE kind = 'obs' AND due > ?"
                 ends = [json.loads(row["data"]) for row in self.rows(query, time.time())]
                 homes = {data[1]: data[3] for data in ends if data[0] == "back"}
-                self.later(seconds, "back", name, 0.0, homes.get(scene, scene))
+                self.post("obs", ["back", name, 0.0, homes.get(scene, scene)], DAY, seconds)
                 await self.call("SetCurrentProgramScene", sceneName=name)
             case "back" if scene == name:  # else somebody has chosen another one meanwhile
                 await self.call("SetCurrentProgramScene", sceneName=item)
             case "source":
                 if found := await self.call("GetSceneItemId", sceneName=scene, sourceName=name):
                     item = {"sceneName": scene, **found}
-                    self.later(seconds, "hide", name, 0.0, item)
+                    self.post("obs", ["hide", name, 0.0, item], DAY, seconds)
                     await self.call("SetSceneItemEnabled", sceneItemEnabled=True, **item)
             case "hide":
                 await self.call("SetSceneItemEnabled", sceneItemEnabled=False, **item)
@@ -733,10 +728,6 @@ class Kit:
                 await self.call(
                     "TriggerMediaInputAction", inputName=rules.sounds, mediaAction=restart
                 )
-
-    def later(self, seconds: float, *data: Any) -> None:
-        with self.db:
-            self.post("obs", data, DAY, seconds)
 
 
 def clean(name: str) -> str:
