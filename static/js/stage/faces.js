@@ -10,20 +10,23 @@ const SIDE = 96; // pixels of a picture, enough for a ball on a large screen
 const LEAST = 11; // CSS pixels: the smallest radius at which a face can be recognised
 const RIM = 0.12; // of the radius
 
+/** @typedef {{source: string, picture: ImageBitmap | null}} Face null: not yet loaded, or unreadable */
+
 /** The faces by name. */
 export class Faces {
-  /** @type {Map<string, {source: string, picture: ImageBitmap | null}>} null while it is loaded */
+  /** @type {Map<string, Face>} */
   #known = new Map();
 
   /** @param {Record<string, string>} sources an emoji or a `data:` URL for each name */
   set(sources) {
-    const known = new Map(Object.entries(sources).map(([name, source]) => {
-      const old = this.#known.get(name);
-      return [name, old?.source === source ? old : { source, picture: null }];
-    }));
-    this.#known = known;
-    for (const face of known.values()) face.picture ??= face.source.startsWith("data:") ? null : emoji(face.source);
-    for (const face of known.values()) if (!face.picture) void load(face);
+    const old = this.#known;
+    this.#known = new Map();
+    for (const [name, source] of Object.entries(sources)) {
+      const known = old.get(name);
+      const face = known?.source === source ? known : { source, picture: null };
+      this.#known.set(name, face);
+      if (face !== known) void paint(face);
+    }
   }
 
   /**
@@ -56,26 +59,23 @@ export class Faces {
   }
 }
 
-/** @param {string} text @returns {ImageBitmap} */
-function emoji(text) {
+/** Paints a face's picture; a ball whose picture cannot be read stays plain. @param {Face} face */
+async function paint(face) {
   const ctx = sheetContext(SIDE, SIDE);
-  Object.assign(ctx, { textAlign: "center", textBaseline: "middle", fillStyle: "#fff" });
-  ctx.font = `${Math.floor(0.72 * SIDE)}px system-ui, sans-serif`;
-  ctx.fillText(text, SIDE / 2, 0.54 * SIDE, SIDE);
-  return ctx.canvas.transferToImageBitmap();
-}
-
-/** @param {{source: string, picture: ImageBitmap | null}} face a picture that cannot be read stays a plain ball */
-async function load(face) {
-  const image = new Image();
-  image.src = face.source;
-  const read = await image.decode().then(() => true, () => false);
-  if (!read) return;
-  const ctx = sheetContext(SIDE, SIDE);
-  ctx.arc(SIDE / 2, SIDE / 2, SIDE / 2, 0, 2 * Math.PI);
-  ctx.clip();
-  const side = Math.min(image.naturalWidth, image.naturalHeight) || SIDE;
-  const [x, y] = [(image.naturalWidth - side) / 2, (image.naturalHeight - side) / 2];
-  ctx.drawImage(image, x, y, side, side, 0, 0, SIDE, SIDE);
+  if (face.source.startsWith("data:")) {
+    const image = new Image();
+    image.src = face.source;
+    const read = await image.decode().then(() => true, () => false);
+    if (!read) return;
+    ctx.arc(SIDE / 2, SIDE / 2, SIDE / 2, 0, 2 * Math.PI);
+    ctx.clip();
+    const side = Math.min(image.naturalWidth, image.naturalHeight) || SIDE;
+    const [x, y] = [(image.naturalWidth - side) / 2, (image.naturalHeight - side) / 2];
+    ctx.drawImage(image, x, y, side, side, 0, 0, SIDE, SIDE);
+  } else {
+    Object.assign(ctx, { textAlign: "center", textBaseline: "middle", fillStyle: "#fff" });
+    ctx.font = `${Math.floor(0.72 * SIDE)}px system-ui, sans-serif`;
+    ctx.fillText(face.source, SIDE / 2, 0.54 * SIDE, SIDE);
+  }
   face.picture = ctx.canvas.transferToImageBitmap();
 }

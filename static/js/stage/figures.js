@@ -8,10 +8,10 @@ import { Faces } from "./faces.js";
 /** @import { Goal, Looks, Show, ShowReply } from "../net/replies.js" */
 
 const AGAIN_MS = 5000; // until the next request, if one failed
-/** The styles of the page that the looks of a show replace. @type {Record<Exclude<keyof Looks, "logo">, string[]>} */
-const STYLES = {
-  panel: ["--case", "--case-shade"], ink: ["--ink"], accent: ["--accent"], font: ["--show-font"],
-};
+/** The styles of the page that the looks of a show replace. @type {[string, Exclude<keyof Looks, "logo">][]} */
+const STYLES = [
+  ["--case", "panel"], ["--case-shade", "panel"], ["--ink", "ink"], ["--accent", "accent"], ["--show-font", "font"],
+];
 
 /** @param {number} seconds @returns {string} "2:03:04", "3:04" */
 export function clock(seconds) {
@@ -56,11 +56,8 @@ export class Figures {
   /** @param {Show} show @param {number} age s */
   #set({ timer, jackpot, goals = [], looks = {}, faces = {} }, age) {
     this.faces.set(faces);
-    const { style } = document.documentElement;
-    for (const [look, names] of Object.entries(STYLES)) {
-      const value = looks[/** @type {keyof typeof STYLES} */ (look)];
-      for (const name of names) style.setProperty(name, look === "font" && value ? `"${value}"` : value ?? "");
-    }
+    const values = { ...looks, font: looks.font ? `"${looks.font}"` : null };
+    for (const [name, look] of STYLES) document.documentElement.style.setProperty(name, values[look] ?? "");
     const logo = byId("logo", HTMLImageElement);
     logo.hidden = !looks.logo;
     if (looks.logo && logo.src !== looks.logo) logo.src = looks.logo;
