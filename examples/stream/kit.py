@@ -71,7 +71,7 @@ async def forever(part: str, step: Callable[[], Awaitable[None]], pause: float =
 
 # The rules: one TOML file, parsed once.
 
-Count = Annotated[int, msgspec.Meta(ge=0, le=1000)]
+Money = Annotated[float, msgspec.Meta(ge=0.01)]
 Positive = Annotated[float, msgspec.Meta(gt=0)]
 Words = Annotated[str, msgspec.Meta(pattern=r"^([^{}]|\{(name|jackpot|bin|score)\})*$")]
 
@@ -121,10 +121,8 @@ class Effects(Part):
 
 
 class Input(Effects):
-    balls: Count = 1
-    per: Annotated[float, msgspec.Meta(ge=0.01)] | None = (
-        None  # bits or money that `balls` cost; the rest is kept
-    )
+    balls: Annotated[int, msgspec.Meta(ge=0, le=1000)] = 1
+    per: Money | None = None  # bits or money that `balls` cost; the rest is kept
     every: float = 0.0  # s for each viewer
     mods: bool = False  # only for moderators
 
@@ -214,7 +212,7 @@ class Event(msgspec.Struct):
     user: str = ""  # the platform's id of the viewer
     amount: Annotated[float, msgspec.Meta(ge=0, le=1e9)] = 1.0
     text: str = ""
-    colour: Annotated[str, msgspec.Meta(pattern="^(#[0-9a-f]{6})?$")] = ""
+    colour: Annotated[str, msgspec.Meta(pattern="^(#[0-9a-fA-F]{6})?$")] = ""
     face: Annotated[str, msgspec.Meta(pattern="^(https?://.*|[^<>&:]{0,16})$")] = ""
     mod: bool = False
 
@@ -355,7 +353,7 @@ class Kit:
         event = Event(about["message_id"], "", name, f"twitch:{user}")
         match about["subscription_type"]:
             case "channel.chat.message":
-                event.text, event.colour = data["message"]["text"].strip(), data["color"].lower()
+                event.text, event.colour = data["message"]["text"].strip(), data["color"]
                 if event.text.startswith("!"):
                     event.kind = event.text.split()[0].lower()
                 badges = {badge["set_id"] for badge in data["badges"]}
@@ -479,10 +477,9 @@ class Kit:
             await asyncio.sleep(self.rules.game.every)
         try:
             await self.find_face(ball)
-            path, shown = f"/{self.get('room')}/drops?wait=1", (clean(ball["name"]), ball["colour"])
-            tag = {
-                key: value for key, value in zip(("name", "colour"), shown, strict=True) if value
-            }
+            path = f"/{self.get('room')}/drops?wait=1"
+            tag = {"name": clean(ball["name"]), "colour": ball["colour"].lower()}
+            tag = {key: value for key, value in tag.items() if value}
             reply = await self.ask("POST", path, tag, ball["key"])
             if not reply:  # without the name that it refuses
                 reply = await self.ask("POST", path, {}, ball["key"])
