@@ -51,21 +51,22 @@ TYPES = ("channel.chat.message", "channel.cheer", "channel.subscribe",
          "channel.channel_points_custom_reward_redemption.add")  # fmt: skip
 
 log = logging.getLogger("kit")
+faults: dict[str, str] = {}  # by part, while they last
 
 
-async def forever(part: str, step: Callable[[], Awaitable[None]], pause: float = PAUSE) -> None:
+async def forever(part: str, step: Callable[[], Awaitable[None]], pause: float) -> None:
     """Take a step again and again; what breaks is logged, once, and tried again."""
-    fault = ""
     while True:
         try:
             await step()
-            fault = ""
+            faults.pop(part, None)
             await asyncio.sleep(pause)
         except* Exception as group:  # noqa: BLE001 - the show goes on
             error = group.exceptions[0]
-            before, fault = fault, str(error) or type(error).__name__
-            if fault != before:
+            fault = str(error) or type(error).__name__
+            if faults.get(part) != fault:
                 log.warning("%s: %s", part, fault)
+            faults[part] = fault
             await asyncio.sleep(PAUSE)
 
 
@@ -443,7 +444,7 @@ class Kit:
         async with self.http.request(method, address, json=body, headers=headers) as reply:
             found = msgspec.json.decode(await reply.read(), type=dict[str, Any])
         if reply.status == 422:
-            log.warning("The game refuses %s: %s", body, found["detail"])
+            log.warning("The game: %s", found["detail"])
             return {}
         if reply.status in GONE and path.startswith(f"/{self.get('room')}/"):
             self.put("room", None)  # before the next show, another one is opened
@@ -595,8 +596,9 @@ class Kit:
 
     def post(self, kind: str, data: Any, keep: float, after: float = 0.0) -> None:
         """Have something done some seconds after this, at least once, unless it is too late."""
-        due = time.time() + after
-        row = (kind, json.dumps(data), due, due + keep)
+        now = time.time()
+        self.db.execute("DELETE FROM outbox WHERE ends < ?", (now,))
+        row = (kind, json.dumps(data), now + after, now + after + keep)
         self.db.execute("INSERT INTO outbox (kind, data, due, ends) VALUES (?, ?, ?, ?)", row)
 
     def posted(self, kind: str) -> list[tuple[int, Any]]:
@@ -608,8 +610,7 @@ class Kit:
         return [(row["number"], json.loads(row["data"])) for row in rows]
 
     def done(self, number: int) -> None:
-        query = "DELETE FROM outbox WHERE number = ? OR ends < ?"
-        self.db.execute(query, (number, time.time()))
+        self.db.execute("DELETE FROM outbox WHERE number = ?", (number,))
 
     async def say(self) -> None:
         """Send the lines for the chat that wait, as many as fit, as one."""
@@ -763,4 +764,5 @@ if __name__ == "__main__":
     logging.basicConfig(format="%(asctime)s %(message)s", datefmt="%H:%M:%S")
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    asyncio.run(main(Path(sys.argv[1]).resolve()))
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(main(Path(sys.argv[1]).resolve()))
