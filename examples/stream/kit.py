@@ -684,8 +684,9 @@ class Kit:
             while self.obs.is_identified():
                 if rules.stage and shown != self.stage:
                     shown = self.stage
+                    settings = {"url": shown}
                     await self.call(
-                        "SetInputSettings", inputName=rules.stage, inputSettings={"url": shown}
+                        "SetInputSettings", inputName=rules.stage, inputSettings=settings
                     )
                 for number, data in self.posted("obs"):
                     await self.act(*data)
@@ -705,6 +706,7 @@ class Kit:
         scene = (await self.call("GetCurrentProgramScene")).get("currentProgramSceneName")
         match kind:
             case "scene" if scene != name:
+                # From the scene of another effect, it leads back to where that one does.
                 query = "SELECT data FROM outbox WHERE kind = 'obs' AND due > ?"
                 ends = [json.loads(row["data"]) for row in self.rows(query, time.time())]
                 homes = {data[1]: data[3] for data in ends if data[0] == "back"}
@@ -720,11 +722,11 @@ class Kit:
             case "hide":
                 await self.call("SetSceneItemEnabled", sceneItemEnabled=False, **item)
             case "sound":
-                rules, restart = self.rules.obs, "OBS_WEBSOCKET_MEDIA_INPUT_ACTION_RESTART"
+                rules, action = self.rules.obs, "OBS_WEBSOCKET_MEDIA_INPUT_ACTION_RESTART"
                 settings = {"local_file": str(Path(rules.folder, name).resolve())}
                 await self.call("SetInputSettings", inputName=rules.sounds, inputSettings=settings)
                 await self.call(
-                    "TriggerMediaInputAction", inputName=rules.sounds, mediaAction=restart
+                    "TriggerMediaInputAction", inputName=rules.sounds, mediaAction=action
                 )
 
 
