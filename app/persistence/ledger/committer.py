@@ -6,6 +6,7 @@ else, and reports nothing about these jobs, until the database has answered whet
 """
 
 import logging
+import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -89,9 +90,17 @@ class Committer:
         self._doubt: Doubt | None = None
 
     def run(self) -> None:
-        """Work until the queue is closed and empty, then close the database."""
-        while self.turn():
+        """Work until the queue is closed and empty, then close the database.
+
+        Stops the server if a later release has changed the tables: it would fail at each write.
+        """
+        while (more := self.turn()) and not self._database.outdated:
             pass
+        if more:
+            _log.error("the server stops: in its ledger, %s", self._database.outdated)
+            signal.raise_signal(signal.SIGTERM)
+            while self.turn():
+                pass
         self._database.close()
 
     def turn(self) -> bool:

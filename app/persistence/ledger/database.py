@@ -96,6 +96,7 @@ class Database:
         self._batch = 0  # number of the last batch that is known to be durable
         self._inode: tuple[int, int] | None = None
         self._lock: int | None = None
+        self.outdated = ""  # what a later release has done to the tables since `open`
         if self.file is not None:
             # Follow symbolic links as SQLite does, so that a database has one lock and one epoch,
             # whichever link leads to it.
@@ -145,8 +146,7 @@ class Database:
                         "empty ledger"
                     )
                 _make_private(file)
-            connection = self._connected()
-            migrate(connection)
+            self._connected()
             if check and (difference := self.difference()):
                 raise LedgerError(difference)
             if enter:
@@ -320,12 +320,36 @@ class Database:
     def _connected(self) -> Connection:
         if self._connection is None:
             connection = self._engine.connect()
-            if self._engine.dialect.name == "postgresql":
-                backend = writer_store.succeed(connection, self._backend)
-                _lock_database(connection, shared=self.shared)
-                self._backend, self._socket = backend, _socket_of(connection)
+            try:
+                # Before the lock: it would keep another server that starts from a migration.
+                if not self.is_open:
+                    migrate(connection)
+                if self._engine.dialect.name == "postgresql":
+                    self._attach(connection)
+            except BaseException:
+                connection.close()
+                raise
             self._connection = connection
         return self._connection
+
+    def _attach(self, connection: Connection) -> None:
+        """Succeed the former connection to PostgreSQL, for as long as this one lasts.
+
+        Servers that share the database share its lock. While this server had none, a later release
+        may have changed the tables.
+        """
+        backend = writer_store.succeed(connection, self._backend)
+        with connection.begin():
+            if self.shared:
+                why = "another server uses it exclusively"
+                _lock_database(connection, "pg_advisory_lock_shared", why)
+            else:
+                _lock_database(connection, "pg_advisory_lock", "another server uses it")
+            revision = connection.scalars(sa.select(tables.revision.c.version_num)).one()
+            if revision > HEAD:
+                self.outdated = _later(revision) if self.is_open else ""
+                raise LedgerError(_later(revision))
+        self._backend, self._socket = backend, _socket_of(connection)
 
     def _check_file(self, file: Path) -> None:
         """Raise LedgerError if the open file was replaced, OSError if it is missing.
@@ -373,8 +397,8 @@ def reason(error: BaseException) -> str:
 def migrate(connection: Connection) -> None:
     """Make the tables, or migrate those of an earlier release to `HEAD`.
 
-    Raises LedgerError if they are of a later release. If servers share the database, one at a time
-    does so.
+    Raises LedgerError if they are of a later release, LedgerInUseError if they must change while
+    servers use them. If servers share the database, one at a time does so.
     """
     with connection.begin():
         if connection.dialect.name == "postgresql":
@@ -387,8 +411,23 @@ def migrate(connection: Connection) -> None:
         if revision is None:
             tables.metadata.create_all(connection, checkfirst=False)
             connection.execute(sa.insert(tables.revision).values(version_num=HEAD))
+        elif revision > HEAD:
+            raise LedgerError(_later(revision))
         elif revision != HEAD:
+            if connection.dialect.name == "postgresql":
+                why = (
+                    f"another server uses it, and this release must change its tables from step "
+                    f"{revision!r} to {HEAD!r}: stop all servers of the earlier release"
+                )
+                _lock_database(connection, "pg_advisory_xact_lock", why)
             _upgrade(connection, revision)
+
+
+def _later(revision: str) -> str:
+    return (
+        f"its tables are at migration step {revision!r}, but this release only knows the steps up "
+        f"to {HEAD!r}; use a later release"
+    )
 
 
 def _upgrade(connection: Connection, revision: str) -> None:
@@ -404,8 +443,8 @@ def _upgrade(connection: Connection, revision: str) -> None:
         command.upgrade(config, "head")
     except CommandError as error:
         raise LedgerError(
-            f"its tables are at migration step {revision!r}, but this release only knows the steps "
-            f"up to {HEAD!r}; use a later release: {error}"
+            f"its tables are at migration step {revision!r}, which this release cannot migrate: "
+            f"{error}"
         ) from error
 
 
@@ -495,24 +534,20 @@ def _socket_of(connection: Connection) -> tuple[int, int]:
     return descriptor, os.fstat(descriptor).st_ino
 
 
-def _lock_database(connection: Connection, *, shared: bool) -> None:
-    """Take PostgreSQL's advisory lock for as long as the connection lasts.
+def _lock_database(connection: Connection, how: str, why: str) -> None:
+    """Take PostgreSQL's advisory lock by the function `how`, in a transaction.
 
-    Servers that share the database share the lock. Waits up to a second, because PostgreSQL may not
-    have noticed yet that the former server has ended; then raises LedgerInUseError.
+    Waits up to a second, because PostgreSQL may not have noticed yet that the former server has
+    ended; then raises LedgerInUseError with `why`.
     """
-    kind = "_shared" if shared else ""
     try:
-        with connection.begin():
-            connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_SECONDS}s'"))
-            connection.execute(sa.text(f"SELECT pg_advisory_lock{kind}({_LOCK})"))
+        connection.execute(sa.text(f"SET LOCAL lock_timeout = '{_LOCK_SECONDS}s'"))
+        connection.execute(sa.text(f"SELECT {how}({_LOCK})"))
+        connection.execute(sa.text("SET LOCAL lock_timeout = 0"))
     except sa.exc.OperationalError as error:
-        connection.close()
         if getattr(error.orig, "sqlstate", None) != _LOCK_NOT_AVAILABLE:
             raise
-        raise LedgerInUseError(
-            "another server uses it exclusively" if shared else "another server uses it"
-        ) from None
+        raise LedgerInUseError(why) from None
 
 
 def _lock_file(file: Path) -> int:
