@@ -81,8 +81,9 @@ class RoomRuns:
 
     async def follow_database(self) -> None:
         """Go by the database's time from now on: the servers' clocks may differ by seconds."""
-        if isinstance(self.now, SteadyClock):
-            self.now.set(await self.ledger.read(lease_store.unix_time))
+        if isinstance(clock := self.now, SteadyClock):
+            # Set on the ledger's thread: a busy event loop would get the time late.
+            await self.ledger.read(lambda connection: clock.set(lease_store.unix_time(connection)))
 
     def clock(self, opened: float, least: int = 0) -> RunClock:
         return RunClock(self._now, self._tick_rate, opened, least)
