@@ -371,9 +371,9 @@ class Rooms:
 
     def enter(self, live: LiveRoom, client: Client) -> None:
         """Let a client watch: it gets the full state, then all events. Raises RoomFullError."""
+        live.wake()  # before the hello: another server may have shown the present tick
         live.audience.enter(client)
         live.tell_waiting(client)
-        live.wake()
 
     def exit(self, live: LiveRoom, client: Client) -> None:
         live.audience.leave(client)

@@ -197,6 +197,7 @@ class Feeds:
             return  # it is about to enter the room, which greets it like any client
         with contextlib.suppress(AppError):
             live = self._rooms.find(room_id)
+            live.wake()
             live.audience.release()
             live.audience.greet(feed.client)
             live.tell_waiting(feed.client)

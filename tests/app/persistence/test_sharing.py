@@ -136,6 +136,25 @@ async def test_a_server_that_wakes_up_shows_what_its_successor_shows(address: st
         assert room.room.world.digest == taken.room.world.digest
 
 
+async def test_a_client_of_a_server_that_wakes_up_sees_no_earlier_tick_at_its_successor(
+    address: str,
+) -> None:
+    async with two(address) as (a, b):
+        room = await a.rooms.seek("main")
+        await a.drop(room, 7)
+        b.tick(1000)  # meanwhile the ball lands
+        taken = await b.stored.arriving.take("main")
+        assert taken is not None
+        assert not taken.awake
+        b.tick(100)
+        a.tick(1)
+        watcher = Watcher(b, "main")
+        await eventually(lambda: watcher.heard)
+        _, brace, rest = watcher.heard[0].partition(b"{")  # after the header of the frame
+        hello = msgspec.json.decode(brace + rest)
+        assert hello["tick"] >= room.room.world.tick
+
+
 async def test_clients_of_a_lost_room_are_disconnected_at_once(address: str) -> None:
     async with two(address) as (a, b):
         room = await a.rooms.seek("main")
