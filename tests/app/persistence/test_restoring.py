@@ -6,6 +6,7 @@ secret of a session that is still open in the backup.
 
 import contextlib
 import hashlib
+import io
 import json
 import os
 import runpy
@@ -30,6 +31,7 @@ from plinko.app.main import create_app, open_ledger
 from plinko.app.settings import Settings, page_kernels
 from plinko.engine import merkle
 from tests.app.conftest import TINY
+from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
 
@@ -166,11 +168,15 @@ class House:
         done("psql", *options, str(self.folder / "backup.sql"), self.url)
 
 
-@pytest.fixture
-def house(url: str, tmp_path: Path) -> House:
+def house_at(url: str, folder: Path) -> House:
     if not url.startswith("sqlite") and not shutil.which("pg_dump"):
         pytest.skip("PostgreSQL's client programs are not here")
-    return House(url, tmp_path)
+    return House(url, folder)
+
+
+@pytest.fixture
+def house(url: str, tmp_path: Path) -> House:
+    return house_at(url, tmp_path)
 
 
 def checked(export: dict[str, Any], key: str | None = None) -> Verdict:
@@ -190,7 +196,7 @@ def independently(export: dict[str, Any], key: str | None = None) -> list[str]:
 @dataclass
 class Story:
     """A session that was over at the backup, and two that were open. Since then one took drops, and
-    the server revealed the secret of the other. `known` is the log after the restore.
+    the server revealed the secret of the other.
     """
 
     house: House
@@ -207,8 +213,10 @@ class Story:
     before: dict[str, Any]
 
 
-@pytest.fixture
-def story(house: House, capsys: pytest.CaptureFixture[str]) -> Story:
+@pytest.fixture(scope="module", params=[SQLITE, POSTGRESQL])
+def story(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Story:
+    folder = tmp_path_factory.mktemp("story")
+    house = house_at(new_database(request, folder), folder)
     with house.open() as visit:
         room, owner = visit.room()
         over, open_one, told = (visit.session(room) for _ in range(3))
@@ -223,12 +231,12 @@ def story(house: House, capsys: pytest.CaptureFixture[str]) -> Story:
     house.restore()
     assert "`plinko ledger restore`" in house.printed_refusal()
     assert "`plinko ledger restore`" in house.refusal()
-    capsys.readouterr()
-    assert house.ledger("restore") == 0
-    printed = capsys.readouterr().out
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        assert house.ledger("restore") == 0
     return Story(
-        house, room, owner, over, open_one, told, early, lost, secret, exported, printed, before
-    )
+        house, room, owner, over, open_one, told, early, lost, secret, exported,
+        printed.getvalue(), before,
+    )  # fmt: skip
 
 
 def test_a_restored_backup_gives_no_player_what_another_time_has_shown(story: Story) -> None:

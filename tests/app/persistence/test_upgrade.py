@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from plinko.app.errors import SettingError
 from plinko.app.fairness.check import check_session, kernel_digest_of
 from plinko.app.fairness.export import read_export
 from plinko.app.persistence.ledger.database import Database, address
@@ -24,7 +23,7 @@ from plinko.app.persistence.statements import fair_store, order_store, store
 from plinko.app.rooms.log import verify_log
 from plinko.app.settings import page_kernels
 from plinko.engine import Board, drop
-from tests.app.persistence.crash.life import change, look
+from tests.app.persistence.crash.life import look
 from tests.kit.postgres import PostgreSQL
 from tests.kit.serving import serving
 
@@ -185,10 +184,3 @@ def opened(url: str) -> Iterator[sa.Connection]:
             yield connection
     finally:
         database.close()
-
-
-def test_a_ledger_of_a_later_release_is_refused_in_true_words(folder: Path) -> None:
-    url = f"sqlite:///{folder / 'plinko.db'}"
-    change(url, "UPDATE alembic_version SET version_num = '0099'")
-    with pytest.raises(SettingError, match="step '0099', but this release only knows"):
-        Database(url).open()
