@@ -269,19 +269,6 @@ async def test_viewers_are_sent_on_even_if_the_next_server_failed(
         assert (await b.rooms.seek(room.id)).id == room.id
 
 
-async def test_all_rooms_are_handed_over_at_the_end(address: str) -> None:
-    async with two(address) as (a, b):
-        rooms = [await a.rooms.create(BOARD) for _ in range(3)]
-        rooms.append(await a.rooms.seek("main"))
-        await a.drop(rooms[0], 3)
-        for room in rooms:
-            await a.stored.leaving.migrate(room.id)
-        assert (a.rooms.all(), a.leases.book.rooms) == ([], [])
-        assert await b.ledger.read(lease_store.listing) == []
-        for room in rooms:
-            assert (await b.rooms.seek(room.id)).room.input_count == room.room.input_count
-
-
 async def test_a_claim_that_is_refused_brings_nothing_here(address: str) -> None:
     async with two(address, claim=not_a_s) as (a, b):
         await a.rooms.seek("main")

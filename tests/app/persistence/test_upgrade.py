@@ -10,6 +10,7 @@ import json
 import sqlite3
 import tarfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +156,19 @@ def test_on_postgresql_each_row_is_the_same_after_the_upgrade(
         assert (facts[0][0].who, facts[0][0].seed) == ("ann", 2**64 - 1)
         assert [order.subject for order in order_store.orders(other)] == ["a"]
         assert fair_store.exported(other, session) is not None
+
+
+@pytest.mark.postgresql
+def test_servers_that_start_at_once_upgrade_the_tables_once(
+    folder: Path, postgresql: PostgreSQL
+) -> None:
+    there = postgresql.new_database()
+    copy(f"sqlite:///{folder / 'plinko.db'}", there)
+    databases = [Database(there, shared=True) for _ in range(3)]
+    with ThreadPoolExecutor(len(databases)) as threads:
+        assert [*threads.map(Database.open, databases)] == [None] * len(databases)
+    for each in databases:
+        each.close()
 
 
 def copy(kept: str, there: str) -> None:
