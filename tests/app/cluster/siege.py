@@ -36,7 +36,7 @@ class Player(Heard):
     """The events and snapshots that a player of one room received."""
 
     last: float = 0.0  # time of the last frame, s; 0: none yet
-    gaps: list[float] = field(default_factory=list)  # s from the last frame to the next hello
+    breaks: list[Break] = field(default_factory=list)  # from the last frame to the next hello
 
     def frame(self, frame: str | bytes) -> None:
         super().frame(frame)
@@ -44,7 +44,7 @@ class Player(Heard):
 
     def _event(self, event: dict[str, Any]) -> None:
         if event["type"] == "hello" and self.last:
-            self.gaps.append(time.monotonic() - self.last)
+            self.breaks.append(Break(self.last, time.monotonic()))
         super()._event(event)
 
 
@@ -139,10 +139,14 @@ class Siege(siege.Siege):
         ]
 
     @property
-    def gaps(self) -> list[float]:
-        """Seconds without a frame, for each client whose connection had ended."""
-        playing = (gap for told in self.players.values() for gap in told.gaps)
-        return [*(each.gap for each in self.breaks), *playing]
+    def gaps(self) -> dict[str, list[float]]:
+        """Seconds without a frame, for each client whose connection ended, by the last fault."""
+        found: dict[str, list[float]] = {}
+        playing = [each for told in self.players.values() for each in told.breaks]
+        for each in (*self.breaks, *playing):
+            (*_, fault) = (name for name, when in self.happened if when <= each.back)
+            found.setdefault(fault, []).append(each.gap)
+        return found
 
     @property
     def breaks(self) -> list[Break]:

@@ -22,7 +22,7 @@ _AGAIN: Final = 0.05  # s between two attempts to connect
 
 @dataclass(frozen=True)
 class Break:
-    """An interruption of one spectator.
+    """An interruption of one client.
 
     last: when a spectator of the room last saw it move, s; back: when the next connection showed
     it, s; ticks: by how many the room had advanced; vain: connections in between without a hello.
@@ -30,8 +30,8 @@ class Break:
 
     last: float
     back: float
-    ticks: int
-    vain: int
+    ticks: int = 0
+    vain: int = 0
 
     @property
     def gap(self) -> float:
