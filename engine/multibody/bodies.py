@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plinko.engine.errors import ParameterError, shorten
-from plinko.engine.multibody.solver.layout import body, pair
+from plinko.engine.multibody.solver.layout import body
 from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 from plinko.engine.multibody.solver.layout.body import Bodies
 from plinko.engine.multibody.solver.layout.pair import NeighbourList
@@ -90,8 +90,8 @@ def no_pairs(n: int) -> NeighbourList:
     zeros = np.zeros(n + 1, np.int32)
     none = np.zeros(0, np.int32)
     return NeighbourList(
-        zeros, none, np.zeros((0, pair.IMPULSE_COLUMNS)), zeros.copy(), none.copy(),
-        zeros.copy(), none.copy(), np.zeros((0, pair.IMPULSE_COLUMNS)),
+        zeros, none, np.zeros((0, 3)), zeros.copy(), none.copy(),
+        zeros.copy(), none.copy(), np.zeros((0, 3)),
     )  # fmt: skip
 
 

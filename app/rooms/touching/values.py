@@ -129,7 +129,8 @@ def for_arena(settings: Mapping[str, float]) -> dict[str, Any]:
 
 def of_arena(settings: ArenaSettings) -> dict[str, float]:
     """The settings of an arena as those of its room."""
-    return {name: getattr(settings, name) or 0 for name in SETTINGS}
+    found = {name: getattr(settings, name) or 0 for name in SETTINGS}
+    return found | {"projection": int(settings.projection)}
 
 
 def table(**usual: float) -> dict[str, dict[str, dict[str, object]]]:

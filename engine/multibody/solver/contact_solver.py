@@ -181,11 +181,6 @@ def prepare_contacts(
             rows[count, contact.NORMAL_IMPULSE] = impulse[k, pair.NORMAL]
             rows[count, contact.TANGENT_IMPULSE] = impulse[k, pair.TANGENT]
             rows[count, contact.TORQUE_IMPULSE] = impulse[k, pair.TORQUE]
-            over_a = 1.0 / pos[a, body.RADIUS]
-            over_b = 1.0 / pos[b, body.RADIUS] if b >= 0 else 0.0
-            rows[count, contact.OVER_A] = over_a
-            rows[count, contact.OVER_B] = over_b
-            rows[count, contact.ROLLING] = settings.rolling / (over_a + over_b)
             ends[count, contact.A] = a
             ends[count, contact.B] = partner
             ends[count, contact.PAIR] = k
@@ -212,65 +207,83 @@ def _apply(
 
 @lean_kernel
 def _turn(vel: Floats, a: int, b: int, over_a: float, over_b: float, torque: float) -> None:
-    """Apply the impulse of a torque to a and its opposite to b."""
+    """Apply the impulse of a torque to a, and its opposite to b; over_a, over_b: 1 / radius."""
     vel[a, body.RIM_SPEED] += 2.0 * vel[a, body.INVERSE_MASS] * over_a * torque
     vel[b, body.RIM_SPEED] -= 2.0 * vel[b, body.INVERSE_MASS] * over_b * torque
+
+
+@lean_kernel
+def _over_radii(pos: Floats, a: int, b: int) -> tuple[float, float]:
+    """1 / radius of ball a, and of b, which is 0 for the row of fixed shapes."""
+    return 1.0 / pos[a, body.RADIUS], 1.0 / pos[b, body.RADIUS] if b < len(pos) - 1 else 0.0
 
 
 @lean_kernel
 def _apply_all(vel: Floats, contacts: Contacts, c: int, factor: float) -> None:
     """Apply `factor` times the accumulated impulses of a contact."""
     rows = contacts.rows
-    a = contacts.ends[c, contact.A]
-    b = contacts.ends[c, contact.B]
     _apply(
-        vel, a, b, rows[c, contact.NORMAL_X], rows[c, contact.NORMAL_Y],
+        vel, contacts.ends[c, contact.A], contacts.ends[c, contact.B],
+        rows[c, contact.NORMAL_X], rows[c, contact.NORMAL_Y],
         factor * rows[c, contact.NORMAL_IMPULSE], factor * rows[c, contact.TANGENT_IMPULSE],
     )  # fmt: skip
-    if rows[c, contact.TORQUE_IMPULSE] != 0.0:
-        torque = factor * rows[c, contact.TORQUE_IMPULSE]
-        _turn(vel, a, b, rows[c, contact.OVER_A], rows[c, contact.OVER_B], torque)
 
 
 @lean_kernel
-def warm_start(vel: Floats, count: int, contacts: Contacts) -> None:
-    """Apply each contact's impulse of the last substep."""
+def warm_start(bodies: Bodies, count: int, contacts: Contacts) -> None:
+    """Apply each contact's impulses of the last substep."""
+    ends = contacts.ends
+    rows = contacts.rows
     for c in range(count):
-        if contacts.rows[c, contact.NORMAL_IMPULSE] > 0.0:
-            _apply_all(vel, contacts, c, 1.0)
+        if rows[c, contact.NORMAL_IMPULSE] > 0.0:
+            _apply_all(bodies.vel, contacts, c, 1.0)
+            if rows[c, contact.TORQUE_IMPULSE] != 0.0:
+                a = ends[c, contact.A]
+                b = ends[c, contact.B]
+                over_a, over_b = _over_radii(bodies.pos, a, b)
+                _turn(bodies.vel, a, b, over_a, over_b, rows[c, contact.TORQUE_IMPULSE])
 
 
 @lean_kernel
-def _resist_rolling(vel: Floats, rows: Floats, c: int, a: int, b: int, load: float) -> None:
-    """Reduce the rolling of a contact, omega_a - omega_b, to 0 by a torque that the load limits.
+def resist_rolling(bodies: Bodies, count: int, contacts: Contacts, rolling: float) -> None:
+    """Reduce the rolling of each contact, omega_a - omega_b, to 0 by a torque that the load limits.
 
-    The torque is at most c N R with the coefficient c and 1 / R = 1 / R_a + 1 / R_b. So a ball that
-    rolls on a plane slows down by c g (2/3), as friction passes the torque on to its velocity, and
-    one on a slope of less than c rests.
+    The load is that of the last substep. A torque is at most c N R with the coefficient c and
+    1 / R = 1 / R_a + 1 / R_b. So a ball that rolls on a plane slows down by c g (2/3), as friction
+    passes the torque on to its velocity, and one on a slope of less than c rests. Without friction
+    nothing rolls.
     """
-    over_a = rows[c, contact.OVER_A]
-    over_b = rows[c, contact.OVER_B]
-    spin = vel[a, body.RIM_SPEED] * over_a - vel[b, body.RIM_SPEED] * over_b
-    inertia = vel[a, body.INVERSE_MASS] * over_a * over_a
-    inertia += vel[b, body.INVERSE_MASS] * over_b * over_b
-    before = rows[c, contact.TORQUE_IMPULSE]
-    torque = before - spin / (2.0 * inertia)
-    limit = rows[c, contact.ROLLING] * load
-    torque = torque if torque < limit else limit
-    torque = torque if torque > -limit else -limit
-    rows[c, contact.TORQUE_IMPULSE] = torque
-    _turn(vel, a, b, over_a, over_b, torque - before)
+    pos = bodies.pos
+    vel = bodies.vel
+    rows = contacts.rows
+    ends = contacts.ends
+    for c in range(count):
+        load = rows[c, contact.NORMAL_IMPULSE]
+        if load == 0.0 or rows[c, contact.FRICTION] == 0.0:
+            continue
+        a = ends[c, contact.A]
+        b = ends[c, contact.B]
+        over_a, over_b = _over_radii(pos, a, b)
+        spin = vel[a, body.RIM_SPEED] * over_a - vel[b, body.RIM_SPEED] * over_b
+        turning = vel[a, body.INVERSE_MASS] * over_a * over_a
+        turning += vel[b, body.INVERSE_MASS] * over_b * over_b
+        limit = rolling * load / (over_a + over_b)
+        before = rows[c, contact.TORQUE_IMPULSE]
+        torque = before - spin / (2.0 * turning)
+        torque = torque if torque < limit else limit
+        torque = torque if torque > -limit else -limit
+        rows[c, contact.TORQUE_IMPULSE] = torque
+        _turn(vel, a, b, over_a, over_b, torque - before)
 
 
 @lean_kernel
 def take_back(vel: Floats, count: int, contacts: Contacts) -> None:
-    """Take all impulses of this substep back."""
+    """Take the normal and tangential impulses of this substep back."""
     rows = contacts.rows
     for c in range(count):
         _apply_all(vel, contacts, c, -1.0)
         rows[c, contact.NORMAL_IMPULSE] = 0.0
         rows[c, contact.TANGENT_IMPULSE] = 0.0
-        rows[c, contact.TORQUE_IMPULSE] = 0.0
 
 
 @lean_kernel
@@ -278,9 +291,9 @@ def solve_contacts(vel: Floats, count: int, contacts: Contacts) -> float:
     """One pass over the contacts: stop each approach, with Coulomb friction.
 
     The normal impulse j_n >= 0 makes v_n >= -gap / h. The tangential impulse, |j_t| <= mu j_n,
-    reduces slip = (v_a - v_b).t - omega_a R_a - omega_b R_b to 0. With friction, a torque reduces
-    rolling. The bounds apply to the impulses accumulated over all passes. Returns the largest
-    change of an approach in m/s, which measures how far the impulses were from the solution.
+    reduces slip = (v_a - v_b).t - omega_a R_a - omega_b R_b to 0. The bounds apply to the impulses
+    accumulated over all passes. Returns the largest change of an approach in m/s, which measures
+    how far the impulses were from the solution.
 
     The pass takes contacts from STRETCHES parts of the list in turn. Consecutive contacts in the
     list usually share a ball, so the processor would have to finish one before it begins the next.
@@ -314,11 +327,8 @@ def solve_contacts(vel: Floats, count: int, contacts: Contacts) -> float:
             tangent = tangent if tangent < limit else limit
             tangent = tangent if tangent > -limit else -limit
             rows[c, contact.TANGENT_IMPULSE] = tangent
-        load = normal
         normal -= before
         _apply(vel, a, b, nx, ny, normal, tangent - was)
-        if friction > 0.0 and rows[c, contact.ROLLING] > 0.0:
-            _resist_rolling(vel, rows, c, a, b, load)
         change = abs(normal) * (vel[a, body.INVERSE_MASS] + vel[b, body.INVERSE_MASS])
         largest = change if change > largest else largest
     return largest

@@ -223,7 +223,7 @@ def _hold_all(marks: Ints, n: int, old: NeighbourList) -> tuple[Ints, Ints, Floa
         asleep += int(marks[a, body.FLAGS] & body.ASLEEP != 0)
     room = len(old.other) + len(old.held_other) if asleep > 0 else 0
     other = np.empty(room, np.int32)
-    impulse = np.empty((room, pair.IMPULSE_COLUMNS))
+    impulse = np.empty((room, 3))
     count = 0
     for a in range(n):
         if marks[a, body.FLAGS] & body.ASLEEP:
@@ -269,7 +269,7 @@ def rebuild(
     fixed = 0
     for k in range(len(other)):
         fixed += int(other[k] < 0)
-    impulse = np.zeros((len(other), pair.IMPULSE_COLUMNS))
+    impulse = np.zeros((len(other), 3))
     _carry_over_impulses(old.starts, old.other, old.impulse, starts, other, impulse)
     _carry_over_impulses(old.held_starts, old.held_other, old.held_impulse, starts, other, impulse)
     neighbour_starts = np.zeros(n + 2, np.int32)
@@ -308,7 +308,7 @@ def _select(
     for row in range(n):
         new_starts[row + 1] += new_starts[row]
     new_other = np.empty(new_starts[n], np.int32)
-    new_impulse = np.empty((new_starts[n], pair.IMPULSE_COLUMNS))
+    new_impulse = np.empty((new_starts[n], 3))
     for row in range(len(target)):
         if target[row] >= 0:
             at = new_starts[target[row]]

@@ -27,6 +27,7 @@ from plinko.engine.jit.decorator import kernel, lean_kernel
 from plinko.engine.multibody.solver.contact_solver import (
     new_contacts,
     prepare_contacts,
+    resist_rolling,
     solve_contacts,
     store_impulses,
     take_back,
@@ -130,7 +131,9 @@ def _solve_contacts(
 ) -> None:  # fmt: skip
     """Run the contact solver for one substep."""
     count = prepare_contacts(bodies, n, pairs, statics, settings, push_left, contacts)
-    warm_start(bodies.vel, count, contacts)
+    warm_start(bodies, count, contacts)
+    if settings.rolling > 0.0:
+        resist_rolling(bodies, count, contacts, settings.rolling)
     gained = settings.gravity * settings.h
     for passes in range(1, MOST_PASSES + 1):
         change = solve_contacts(bodies.vel, count, contacts)

@@ -19,14 +19,11 @@ FRICTION = 4  # friction coefficient of the pair
 NORMAL_IMPULSE = 5  # accumulated, N s
 TANGENT_IMPULSE = 6
 TORQUE_IMPULSE = 7  # accumulated, N m s
-OVER_A = 8  # 1 / radius of a, 1/m
-OVER_B = 9  # of b, 0 for a fixed shape
-ROLLING = 10  # most torque for each N of load, m
-COLUMNS = 11
+COLUMNS = 8
 
 
 class Contacts(NamedTuple):
     """Room for a contact of each pair. Kernels take the number of contacts as an argument."""
 
     ends: Ints  # (p, 3): A, B, PAIR
-    rows: Floats  # (p, 11)
+    rows: Floats  # (p, 8)

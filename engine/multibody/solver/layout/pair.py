@@ -7,8 +7,7 @@ from plinko.engine.multibody.solver.layout.array_types import Floats, Ints
 # Columns of `NeighbourList.impulse`: those of the last substep, N s.
 NORMAL = 0
 TANGENT = 1
-TORQUE = 2  # of rolling resistance, N m s
-IMPULSE_COLUMNS = 3
+TORQUE = 2  # of rolling resistance on the owner, N m s
 
 
 class NeighbourList(NamedTuple):
