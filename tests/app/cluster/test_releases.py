@@ -24,8 +24,7 @@ _STEP = """
 import sqlalchemy as sa
 database.HEAD = "0099"
 def upgrade(connection, revision):
-    connection.execute(sa.text("ALTER TABLE drops RENAME COLUMN stake TO staked"))
-    connection.execute(sa.text("ALTER TABLE drops RENAME COLUMN staked TO stake"))
+    connection.execute(sa.text("ALTER TABLE drops ADD COLUMN later integer"))
     connection.execute(sa.text("UPDATE alembic_version SET version_num = '0099'"))
 database._upgrade = upgrade
 """
