@@ -61,7 +61,8 @@ def check_fit(screen: Screen) -> None:
         "document.documentElement.scrollWidth - document.documentElement.clientWidth"
     )
     assert overflow <= 0, "no sideways scrolling"
-    assert screen.page.evaluate(_SMALL_TARGETS) == []
+    small = screen.page.evaluate(_SMALL_TARGETS)
+    assert small == [], (small, screen.page.viewport_size)
 
 
 def painted(screen: Screen, canvas: str) -> int:

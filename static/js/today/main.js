@@ -63,6 +63,7 @@ class TodayPage {
       });
     });
     this.loop.wake();
+    showState("replay", t("play.ready")); // its bins can be tapped from now on
   }
 
   /** The day's only guess. @param {number} bin */
@@ -161,5 +162,4 @@ class TodayPage {
 openPage(async (theme) => {
   const { board, drop } = await dropOf(ballOfDay(Date.now()));
   new TodayPage(theme, await Replay.compute(board, drop));
-  showState("replay", t("play.ready"));
 });
