@@ -9,7 +9,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import httpx
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 from websockets.sync.client import connect
 
 from tests.app.web.test_invitations import read
@@ -106,6 +106,47 @@ def test_two_boards_differ_in_one_thing_and_two_balls_in_a_hair(opened: Open) ->
     page.get_by_label("Distance").select_option("0.1 mm")
     page.get_by_role("button", name="Two balls a hair apart").click()
     expect(screen.result).to_contain_text("They start 0.1 mm apart")
+
+
+def test_a_late_log_of_the_former_board_is_not_counted(
+    opened: Open, mortal: ServerProcess, complaints: Complaints
+) -> None:
+    complaints.allow(GONE)
+    teacher = lesson(opened, f"{mortal.url}/class.html#rows=8&p=0.5")
+    page, counted = teacher.page, teacher.page.locator("#numbers td").first
+    page.get_by_text("Link, table, phones").click()
+    page.get_by_role("button", name="Invite phones").click()
+    expect(page.locator("#here")).to_have_text("0 phones are here")
+    link = page.locator("#join-link").get_attribute("href")
+    assert link is not None
+    room = parse_qs(urlsplit(link).query)["room"][0]
+
+    def drop() -> None:
+        address = f"{mortal.url}/api/v1/rooms/{room}/drops?wait=1"
+        httpx.post(address, json={}, timeout=LIMIT).raise_for_status()
+
+    drop()
+    expect(counted).to_have_text("1")
+    held: list[tuple[Route, str]] = []
+
+    def hold_first(route: Route) -> None:
+        if held:
+            route.continue_()
+        else:
+            held.append((route, httpx.get(route.request.url, timeout=LIMIT).text))
+
+    page.route("**/log", hold_first)
+    mortal.end(signal.SIGKILL)
+    with page.expect_request("**/log"):
+        mortal.start()
+    page.locator("#rows").fill("5")
+    drop()
+    expect(counted).to_have_text("1")
+    (route, log), *_ = held
+    with page.expect_response("**/log"):
+        route.fulfill(body=log, content_type="application/json")
+    drop()
+    expect(counted).to_have_text("2")
 
 
 def test_thirty_phones_drop_and_the_projector_has_every_ball(

@@ -43,7 +43,7 @@ export function joinRoom(room, appear, { onHello, onBall, onHere, onTrouble }) {
   return connection;
 }
 
-/** @typedef {{drops: {seed: string, x: number | null, result: object | null}[]}} LogReply of GET rooms/…/log */
+/** @typedef {{drops: {ball: number, seed: string, x: number | null, result: object | null}[]}} LogReply of GET rooms/…/log */
 
 /** An open room for the class. @typedef {{reset: (board: Board) => Promise<unknown>}} Phones it begins again with a board */
 
@@ -63,19 +63,32 @@ export async function openPhones(board, { onBall, onPast }) {
   byId("join-link").textContent = link.replace(/^https?:\/\//, "");
   byId("join-panel").hidden = false;
   byId("join-panel").scrollIntoView();
-  let greeted = false;
+  /** Counts hellos and resets: a log that was asked for before the last of them is out of date. */
+  let state = 0;
+  /** Balls that wait for the log. @type {BriefAccepted[] | null} */
+  let waiting = null;
   const enter = (/** @type {{seed: string, x?: number}} */ { seed, x }) => onBall(seed, x ?? null);
   joinRoom(id, { audience: true }, {
     onHello: async ({ balls }) => {
-      const again = greeted;
-      greeted = true;
-      if (again) {
+      state += 1;
+      const asked = state;
+      waiting = [];
+      const past = new Set();
+      if (asked > 1) {
         const { drops } = /** @type {LogReply} */ (await getJson(`${path}/log`));
-        onPast(drops.filter(({ result }) => result));
+        if (asked !== state) return;
+        const landed = drops.filter(({ result }) => result);
+        onPast(landed);
+        for (const { ball } of landed) past.add(ball);
       }
-      balls.forEach(enter);
+      const all = [...balls, ...waiting];
+      waiting = null;
+      for (const each of all) if (!past.has(each.ball)) enter(each);
     },
-    onBall: enter,
+    onBall: (ball) => {
+      if (waiting) waiting.push(ball);
+      else enter(ball);
+    },
     onHere: (here) => {
       byId("here").textContent = t("class.here", { n: here });
     },
@@ -84,5 +97,11 @@ export async function openPhones(board, { onBall, onPast }) {
     },
   });
   const headers = { "content-type": "application/json", authorization: `Bearer ${token}` };
-  return { reset: (other) => getJson(path, { method: "PATCH", headers, body: JSON.stringify({ board: other }) }) };
+  return {
+    reset: (other) => {
+      state += 1;
+      waiting = null;
+      return getJson(path, { method: "PATCH", headers, body: JSON.stringify({ board: other }) });
+    },
+  };
 }
