@@ -139,7 +139,8 @@ def test_a_late_log_of_the_former_board_is_not_counted(
     mortal.end(signal.SIGKILL)
     with page.expect_request("**/log"):
         mortal.start()
-    page.locator("#rows").fill("5")
+    with page.expect_response(lambda reply: reply.request.method == "PATCH"):
+        page.locator("#rows").fill("5")
     drop()
     expect(counted).to_have_text("1")
     (route, log), *_ = held
