@@ -220,8 +220,8 @@ class Arena:
         Balls that are added later have their own.
         """
         given = {"restitution": restitution, "friction": friction}
+        self.edit_place(**given)  # first: its ranges are within those of balls
         self.edit_all(**{name: value for name, value in given.items() if value is not None})
-        self.edit_place(**given)
 
     def wake_all(self) -> None:
         """Wake all balls."""

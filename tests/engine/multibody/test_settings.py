@@ -231,6 +231,15 @@ def test_what_cannot_be_used_is_refused_by_name_and_changes_nothing(call: str) -
         assert all(map(math.isfinite, arena.ball(int(ball)).values()))
 
 
+def test_a_material_that_walls_cannot_have_changes_no_ball() -> None:
+    arena = Arena(BOX)
+    arena.add(0.0, 1.0)
+    before = arena.digest
+    with pytest.raises(PlinkoError, match="friction"):
+        arena.set_material(restitution=0.1, friction=1000.0)
+    assert arena.digest == before
+
+
 @pytest.mark.parametrize(
     ("first", "then"),
     [((9e6, 0.0, 0.0), (2e6, 0.0, 0.0)), ((0.0, -1e7, 0.0), (0.0, -1.0, 0.0)),
