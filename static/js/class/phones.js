@@ -1,6 +1,6 @@
 // The class's room: pupils drop balls on their phones, and the projector's board has them all.
 
-import { getJson, postJson, SEEDS, socketUrl } from "../net/api.js";
+import { getJson, messageOf, postJson, SEEDS, socketUrl } from "../net/api.js";
 import { Connection } from "../net/connection.js";
 import { decodeEvents } from "../net/protocol.js";
 import { t } from "../texts/text.js";
@@ -75,11 +75,16 @@ export async function openPhones(board, { onBall, onPast }) {
       waiting = [];
       const past = new Set();
       if (asked > 1) {
-        const { drops } = /** @type {LogReply} */ (await getJson(`${path}/log`));
-        if (asked !== state) return;
-        const landed = drops.filter(({ result }) => result);
-        onPast(landed);
-        for (const { ball } of landed) past.add(ball);
+        try {
+          const { drops } = /** @type {LogReply} */ (await getJson(`${path}/log`));
+          if (asked !== state) return;
+          const landed = drops.filter(({ result }) => result);
+          onPast(landed);
+          for (const { ball } of landed) past.add(ball);
+        } catch (error) {
+          byId("here").textContent = messageOf(error);
+          if (asked !== state) return;
+        }
       }
       const all = [...balls, ...waiting];
       waiting = null;
