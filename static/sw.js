@@ -61,7 +61,7 @@ async function forgetOtherReleases() {
 /** @param {string} path below the scope @returns {"first" | "last" | null} when the cache is tried, if at all */
 function turnOfCache(path) {
   if (/^v-[0-9a-f]{16}\//.test(path)) return "first";
-  const kept = PAGES.includes(path) || /^(?:(?:theme|manifest)\.json|favicon\.svg)$/.test(path);
+  const kept = PAGES.includes(path) || /^(?:manifest\.json|favicon\.svg)$/.test(path);
   return kept || /^api\/v1\/boards(?:\/[\w-]+)?$/.test(path) ? "last" : null;
 }
 

@@ -44,7 +44,6 @@ def write_site(static: Path, into: Path) -> None:
         parts = into / f"v-{release.digest}"
         for folder in ("js", "api"):
             shutil.copytree(files / folder, parts / folder)
-        _write(parts / "theme.json", (files / "theme.json").read_bytes())
     for name, text in release.made.items():
         _write(parts / name, text.encode())
     for pattern in _AT_TOP:

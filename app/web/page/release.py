@@ -179,7 +179,9 @@ def parts(
             made[bundle.address(language)] = _code(bundle, bundles, language, texts)
         if entry:
             path = bundles[0].address(language)
-            pages[language] = text.replace(entry[0], f'<script type="module" src="{path}">')
+            # The first paint waits for the sheet, and for nothing else.
+            low = f'<script type="module" fetchpriority="low" src="{path}">'
+            pages[language] = text.replace(entry[0], low)
         pages[language] = filled(pages[language], texts)
     return pages, made
 

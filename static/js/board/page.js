@@ -10,7 +10,7 @@ import { dropSearch } from "../net/drop-address.js";
 import { Theme } from "../paint/theme.js";
 import { number, t } from "../texts/text.js";
 import { byId, make, say } from "../util/dom.js";
-import { pause } from "../util/frame-loop.js";
+import { painted } from "../util/frame-loop.js";
 import { decimalOf, noNumber } from "../util/number-text.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
@@ -29,10 +29,9 @@ export const DEFAULT_SEED = "42";
 export async function openPage(open) {
   keepOffline();
   try {
-    const loading = Theme.load();
-    await pause();
+    await painted();
     number(0); // loads how the language writes numbers, which takes long
-    await open(await loading);
+    await open(new Theme());
   } catch (error) {
     showState("failed", t("page.failed"));
     byId("result").textContent = messageOf(error);

@@ -1,9 +1,10 @@
 // The game's colours and shapes from theme.json, which style sheets, canvases and the server's pictures share.
 
+import DATA from "../../theme.json" with { type: "json" };
 import { local } from "../util/storage.js";
 
 /**
- * @typedef {typeof import("../../theme.json")} ThemeData
+ * @typedef {typeof DATA} ThemeData
  * @typedef {Record<string, string>} Palette colour by name
  * @typedef {ThemeData["payout"][0]} PayoutColour for scores >= from
  *
@@ -48,9 +49,8 @@ export class Theme {
   /** @type {Look} */
   #look;
 
-  /** @param {ThemeData} data @param {Pick<Storage, "getItem" | "setItem">} storage */
-  constructor(data, storage = local) {
-    this.data = data;
+  /** @param {Pick<Storage, "getItem" | "setItem">} storage */
+  constructor(storage = local) {
     this.storage = storage;
     this.#scheme = schemeOf(storage.getItem(KEY));
     this.#look = this.#apply();
@@ -60,13 +60,6 @@ export class Theme {
       this.#scheme = schemeOf(newValue);
       this.#change();
     });
-  }
-
-  /** @returns {Promise<Theme>} */
-  static async load() {
-    const response = await fetch(new URL("../../theme.json", import.meta.url));
-    if (!response.ok) throw new Error(`theme.json could not be loaded: HTTP status ${response.status}`);
-    return new Theme(await response.json());
   }
 
   get scheme() {
@@ -90,9 +83,8 @@ export class Theme {
 
   /** @param {string | null} place @returns {Look} the current look of boards in that place */
   lookOf(place) {
-    const { data } = this;
     const dark = this.#scheme === "dark" || (this.#scheme === "system" && this.#system.matches);
-    return lookOf(data, dark ? data.dark : data.light, place);
+    return lookOf(DATA, dark ? DATA.dark : DATA.light, place);
   }
 
   /** @type {Palette} */
@@ -111,7 +103,7 @@ export class Theme {
 
   /** As in theme.json. */
   get grounds() {
-    return this.data.grounds;
+    return DATA.grounds;
   }
 
   /** @param {() => void} listener called after the colours have changed */

@@ -5,7 +5,7 @@ import { Theme } from "../paint/theme.js";
 import { openSolver } from "../solver/solver.js";
 import { number, t } from "../texts/text.js";
 import { byId } from "../util/dom.js";
-import { pause } from "../util/frame-loop.js";
+import { painted } from "../util/frame-loop.js";
 import { keepOffline } from "../util/offline.js";
 import { local } from "../util/storage.js";
 import { Visited } from "../model/player/visited.js";
@@ -30,12 +30,11 @@ async function start() {
     return;
   }
   keepOffline();
+  await painted();
   // Without WebAssembly the server sends snapshots, and the page computes nothing.
   const opening = openSolver().catch(() => null);
-  const loading = Theme.load();
-  await pause();
   number(0); // loads how the language writes numbers, which takes long
-  const theme = await loading;
+  const theme = new Theme();
   await leadBack(new Visited(local));
   const solver = await opening;
   const streams = streamsFor(asked.get("stream"), solver !== null);

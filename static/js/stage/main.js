@@ -21,9 +21,8 @@ async function start() {
   }
   if (options.leaders) byId("leaders-title").textContent = t(TITLES[options.leaders]);
   const opening = openSolver().catch(() => null);
-  const theme = await Theme.load();
   const solver = await opening;
-  new Show(options, { theme, solver, streams: streamsFor(asked.get("stream"), solver !== null) });
+  new Show(options, { theme: new Theme(), solver, streams: streamsFor(asked.get("stream"), solver !== null) });
 }
 
 start().catch((error) => {

@@ -64,7 +64,7 @@ async function checkLink(link) {
   }
 }
 
-Theme.load().catch(refuse);
+new Theme();
 
 const form = byId("other", HTMLFormElement);
 const key = () => inputOf(form, "key").value.trim().toLowerCase();

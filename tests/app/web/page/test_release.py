@@ -83,7 +83,7 @@ def test_a_file_next_to_a_module_is_found_from_the_script() -> None:
 
 
 @pytest.mark.parametrize("page", sorted(path.name for path in STATIC.glob("*.html")))
-def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
+def test_every_page_has_one_script_and_one_sheet_which_goes_first(page: str) -> None:
     languages = languages_of(STATIC)
     pages, made = parts(STATIC, page, (STATIC / page).read_text(), languages)
     every = set()
@@ -91,6 +91,8 @@ def test_every_page_has_one_script_and_one_sheet(page: str) -> None:
         named = re.findall(r'<(?:script|link rel="stylesheet")[^>]* (?:src|href)="([^"]+)"', text)
         assert len(named) == (1 if page == "404.html" else 2)  # 404.html has no script
         every |= set(named)
+        assert text.count('fetchpriority="low"') == text.count("<script")
+        assert 'rel="preload"' not in text
     later = set(made) - every  # scripts that the page's script fetches
     assert every <= set(made)
     assert all(any(Path(path).name in code for code in made.values()) for path in later)
