@@ -162,6 +162,17 @@ def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[[int],
         yield report
 
 
+def writable(out: str, endings: tuple[str, ...]) -> Path:
+    """Raises UsageError if the ending is not in `endings`, or the folder does not exist."""
+    path = Path(out)
+    if path.suffix.lower() not in endings:
+        known = ", ".join(dict.fromkeys(endings))
+        raise click.UsageError(f"OUT {out!r} must end in one of {known}")
+    if not path.parent.is_dir():
+        raise click.UsageError(f"OUT {out!r}: there is no folder {str(path.parent)!r}")
+    return path
+
+
 def read_solver(
     solver: str, dt: float | None, substeps: int | None, correction: float | None
 ) -> Options:

@@ -1,9 +1,5 @@
 """`plinko map`: draw the proven bin of every start, zooming in by factors of ten."""
 
-import sys
-from contextlib import nullcontext
-from pathlib import Path
-
 import click
 
 from plinko.app.batches.files import write_whole
@@ -36,22 +32,18 @@ def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) 
     resolution of double precision. Each pixel is proven, which takes some hundredths of a second
     unless one proof covers many pixels. White: the ball stays on the board. Grey: undecided.
     """
-    path = Path(out)
-    if path.suffix not in (".png", ".jpg", ".webp"):
-        raise click.UsageError(f"OUT {out!r} ends in {path.suffix!r}, not in .png, .jpg or .webp")
+    path = common.writable(out, (".png", ".jpg", ".webp"))
     common.need_certifier()
     from plinko.app.render.start_map import map_picture
     from plinko.engine.certified.start_map import strip_at
 
     chosen = common.load_board(board)
-    shown = sys.stderr.isatty()
-    progress = click.progressbar(length=levels, label="strips", file=sys.stderr)
     strips = []
-    with progress if shown else nullcontext() as bar:
+    with common.progress(levels, "strips") as report:
         for level in range(levels):
             strips.append(strip_at(chosen, x, level, pixels))
-            if bar is not None:
-                bar.update(1)
-    picture = map_picture(chosen, strips, path.suffix[1:], theme)
+            if report:
+                report(level + 1)
+    picture = map_picture(chosen, strips, path.suffix[1:].lower(), theme)
     write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes, {sum(strip.proofs for strip in strips):,} proofs")

@@ -1,9 +1,5 @@
 """`plinko render`: draw one drop or many drops into a picture file."""
 
-import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -13,8 +9,6 @@ from plinko.app.cli import common
 from plinko.engine.json_text import Json
 
 if TYPE_CHECKING:
-    from click._termui_impl import ProgressBar
-
     from plinko.app.render.raster.encode import Still
     from plinko.app.render.theme import Scheme
     from plinko.engine import Board, Drop
@@ -74,7 +68,7 @@ def command(  # one parameter per option: click passes them by name
     asked = {name: count for name, count in many.items() if count is not None}
     if cluster is not None and set(asked) != {"density"}:
         raise click.UsageError(f"--cluster {cluster} works only with --density")
-    path = _writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
+    path = common.writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt: Json = path.suffix.lower()[1:]
     given = {"width": width, "columns": columns}
     sizes: dict[str, Json] = {name: v for name, v in given.items() if v is not None}
@@ -127,8 +121,7 @@ def _draw_many(
     from plinko.app.render import contact_sheet, density_picture, histogram_picture
     from plinko.engine import drop_many
 
-    with _progress(len(seeds)) as bar:
-        progress = _shown_on(bar)
+    with common.progress(len(seeds), "drops") as progress:
         if kind == "sheet":
             return contact_sheet(board, seeds, fmt, theme=theme, progress=progress, **sizes)
         if kind == "density":
@@ -181,24 +174,3 @@ def _seeds(first: str | None, count: int, kind: str) -> range:
     start = common.read_seed(first or "0")
     common.read_seed(str(start + count - 1))
     return range(start, start + count)
-
-
-def _progress(drops: int) -> "AbstractContextManager[ProgressBar[int] | None]":
-    if not sys.stderr.isatty():
-        return nullcontext()
-    return click.progressbar(length=drops, label="drops", file=sys.stderr)
-
-
-def _shown_on(bar: "ProgressBar[int] | None") -> Callable[[int], None] | None:
-    return None if bar is None else lambda done: bar.update(done - bar.pos)
-
-
-def _writable(out: str, endings: tuple[str, ...]) -> Path:
-    """Raises UsageError if the ending is not in `endings`, or the folder does not exist."""
-    path = Path(out)
-    if path.suffix.lower() not in endings:
-        known = ", ".join(dict.fromkeys(endings))
-        raise click.UsageError(f"OUT {out!r} must end in one of {known}")
-    if not path.parent.is_dir():
-        raise click.UsageError(f"OUT {out!r}: there is no folder {str(path.parent)!r}")
-    return path

@@ -60,7 +60,9 @@ def test_the_map_is_drawn_into_a_file(run: Run, tmp_path: Path) -> None:
     assert "proofs" in run("map", *args)
     with Image.open(out) as picture:
         assert picture.width >= 98
-    assert "not in .png" in run("map", "triangle-8", "map.txt", status=2)
+    assert "must end in one of .png" in run("map", "triangle-8", "map.txt", status=2)
+    nowhere = str(tmp_path / "none" / "map.png")
+    assert "there is no folder" in run("map", "triangle-8", nowhere, status=2)
 
 
 def test_without_the_library_the_error_says_what_to_install(
