@@ -9,7 +9,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import httpx
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import Page, Route, expect
 from websockets.sync.client import connect
 
 from tests.app.web.test_invitations import read
@@ -28,6 +28,22 @@ PHONES = 30
 def lesson(opened: Open, path: str = LESSON, **options: str) -> Screen:
     """A lesson whose balls land at once."""
     return opened(path, reduced_motion="reduce", **options).state("live")
+
+
+def with_phones(opened: Open, url: str) -> tuple[Page, str]:
+    """The page of a lesson with a room for phones, and the REST address of the room's drops."""
+    page = lesson(opened, f"{url}/class.html#rows=8&p=0.5").page
+    page.get_by_text("Link, table, phones").click()
+    page.get_by_role("button", name="Invite phones").click()
+    expect(page.locator("#here")).to_have_text("0 phones are here")
+    link = page.locator("#join-link").get_attribute("href")
+    assert link is not None
+    (room,) = parse_qs(urlsplit(link).query)["room"]
+    return page, f"{url}/api/v1/rooms/{room}/drops?wait=1"
+
+
+def drop(address: str) -> None:
+    httpx.post(address, json={}, timeout=LIMIT).raise_for_status()
 
 
 def cells(screen: Screen, row: str) -> list[str]:
@@ -112,20 +128,9 @@ def test_a_late_log_of_the_former_board_is_not_counted(
     opened: Open, mortal: ServerProcess, complaints: Complaints
 ) -> None:
     complaints.allow(GONE)
-    teacher = lesson(opened, f"{mortal.url}/class.html#rows=8&p=0.5")
-    page, counted = teacher.page, teacher.page.locator("#numbers td").first
-    page.get_by_text("Link, table, phones").click()
-    page.get_by_role("button", name="Invite phones").click()
-    expect(page.locator("#here")).to_have_text("0 phones are here")
-    link = page.locator("#join-link").get_attribute("href")
-    assert link is not None
-    room = parse_qs(urlsplit(link).query)["room"][0]
-
-    def drop() -> None:
-        address = f"{mortal.url}/api/v1/rooms/{room}/drops?wait=1"
-        httpx.post(address, json={}, timeout=LIMIT).raise_for_status()
-
-    drop()
+    page, drops = with_phones(opened, mortal.url)
+    counted = page.locator("#numbers td").first
+    drop(drops)
     expect(counted).to_have_text("1")
     held: list[tuple[Route, str]] = []
 
@@ -141,12 +146,28 @@ def test_a_late_log_of_the_former_board_is_not_counted(
         mortal.start()
     with page.expect_response(lambda reply: reply.request.method == "PATCH"):
         page.locator("#rows").fill("5")
-    drop()
+    drop(drops)
     expect(counted).to_have_text("1")
     (route, log), *_ = held
     with page.expect_response("**/log"):
         route.fulfill(body=log, content_type="application/json")
-    drop()
+    drop(drops)
+    expect(counted).to_have_text("2")
+
+
+def test_a_class_whose_log_cannot_be_fetched_goes_on_counting(
+    opened: Open, mortal: ServerProcess, complaints: Complaints
+) -> None:
+    complaints.allow(f"{GONE}|503")
+    page, drops = with_phones(opened, mortal.url)
+    counted = page.locator("#numbers td").first
+    drop(drops)
+    expect(counted).to_have_text("1")
+    page.route("**/log", lambda route: route.fulfill(status=503))
+    mortal.end(signal.SIGKILL)
+    with page.expect_response("**/log"):
+        mortal.start()
+    drop(drops)
     expect(counted).to_have_text("2")
 
 
