@@ -5,7 +5,7 @@ from typing import Final
 
 from plinko.app.errors import UnknownBoardError
 from plinko.engine import Board, preset_names
-from plinko.engine.board.proven import NAMES
+from plinko.engine.board.payouts import NAMES
 from plinko.engine.errors import shorten
 
 MOST_SURFACES: Final = 50_000

@@ -11,8 +11,8 @@ from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import totals
 from plinko.app.persistence.statements.totals import Total
 from plinko.engine import Board
+from plinko.engine.board.payouts import NAMES
 from plinko.engine.board.presets import risk_of
-from plinko.engine.board.proven import NAMES
 from plinko.engine.payouts.record import odds_of_record
 
 OTHER: Final = "other"

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 from unittest import mock
 
-from plinko.engine.board import payouts, presets
+from plinko.engine.board import presets
 from plinko.engine.board.checks import playable
 from plinko.engine.board.materials import REFERENCE_DENSITY, Material
 from plinko.engine.board.model import Board
@@ -28,7 +28,7 @@ BALL_RADIUS = 0.1
 def triangle(rows: int, tuning: presets.Tuning) -> Board:
     """The reference game's triangular board with the physics of `tuning`."""
     name = f"{'plain' if tuning is PLAIN else 'trial'}-{rows}"
-    return Board.of(presets.triangle(name, rows, payouts.multipliers(rows, "medium"), tuning))
+    return Board.of(presets.triangle(name, rows, presets.payouts_of(f"triangle-{rows}"), tuning))
 
 
 def lattice(rows: int, columns: int, tuning: presets.Tuning) -> Board:

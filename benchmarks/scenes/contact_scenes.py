@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Final
 
 from benchmarks.scenes.boards import revised
-from plinko.engine.board import payouts, presets
+from plinko.engine.board import presets
 from plinko.engine.board.materials import Material
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
@@ -56,7 +56,7 @@ def trial(rows: int, restitution: float, friction: float, drag: float) -> Board:
     The start's jitter is 0.8 peg spacings, as in the presets before they were tuned.
     """
     tuning = presets.Tuning(drag, restitution, friction, jitter=0.8)
-    payout = payouts.multipliers(rows, "medium")
+    payout = presets.payouts_of(f"triangle-{rows}")
     return Board.of(presets.triangle(f"trial-{rows}", rows, payout, tuning))
 
 

@@ -22,8 +22,8 @@ def triangle_fields(rows: int, risk: str) -> BoardFields:
     """
     if rows not in ROWS:
         raise values.fail("rows", rows, f"it must be an integer from {ROWS[0]} to {ROWS[-1]}")
-    if risk not in payouts.HALF_TABLES:
-        raise values.fail("risk", risk, f"it must be one of {', '.join(payouts.HALF_TABLES)}")
+    if risk not in payouts.RISKS:
+        raise values.fail("risk", risk, "it must be low, medium or high")
     if rows in payouts.ROWS:
         suffix = "" if risk == "medium" else f"-{risk}"
         return presets.preset_fields(f"triangle-{rows}{suffix}")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from plinko.engine.board import digest as content
-from plinko.engine.board import json_form, making, presets, proven, values
+from plinko.engine.board import json_form, making, payouts, presets, values
 from plinko.engine.board.checks import playable
 from plinko.engine.board.drawing import board_svg
 from plinko.engine.board.faults import Faults
@@ -165,7 +165,7 @@ class Board(BoardFields):
     @property
     def preset_name(self) -> str | None:
         """Name of the preset that this board equals, or None."""
-        return self.name if proven.DIGESTS.get(self.name) == self.digest else None
+        return self.name if payouts.NAMES.get(self.digest) == self.name else None
 
 
 @functools.cache

@@ -13,7 +13,7 @@ from plinko.engine.board import payouts
 from plinko.engine.board.fields import BoardFields
 from plinko.engine.board.materials import REFERENCE_DENSITY, Material
 from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
-from plinko.engine.board.worlds import TABLE_GRAVITY, WORLDS, World, tables
+from plinko.engine.board.worlds import TABLE_GRAVITY, WORLDS, World
 from plinko.engine.constants import EARTH_GRAVITY
 from plinko.engine.errors import BoardError
 
@@ -127,11 +127,8 @@ def preset_names() -> tuple[str, ...]:
 
 def payouts_of(name: str) -> tuple[float, ...]:
     """The multipliers of a triangle's bins, left to right, without laying out the board."""
-    world, rows, risk = VARIANTS[name]
-    if world == HOUSE:
-        return payouts.multipliers(rows, risk)
+    rows, table = VARIANTS[name].rows, payouts.TABLES.get(name)
     # Until its table is solved, each bin returns the stake.
-    table = tables().get(name)
     return payouts.both_halves(table.half, rows) if table else (1.0,) * (rows + 1)
 
 
@@ -322,14 +319,13 @@ def _classic() -> BoardFields:
     little.
     """
     spacing = 0.7
-    half = (1.1, 0.8, 1.0, 0.1, 2.7)
     return _staggered(
         "classic",
         columns=9,
         rows=13,
         spacing=spacing,
         radii=(0.06 * spacing, 0.19 * spacing),
-        multipliers=half + half[-2::-1],
+        multipliers=payouts.both_halves(payouts.TABLES["classic"].half, 8),
         tuning=TUNING["classic"],
         slots=tuple(spacing * (k - 4) for k in range(9)),
         reach=4.3,

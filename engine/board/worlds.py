@@ -3,15 +3,8 @@
 Planets have their own gravity. There, one kind of light ball falls through the air; its drag is
 proportional to the air's density, so there is none on the Moon. Glass, steel and rubber balls fall
 on the house table, with pegs of the same material. A board's size is chosen for the time of a fall.
-
-`worlds.json`, next to this file, has a line for each payout table: the preset's name, its digest,
-and the multipliers from the edge bin to the centre. `plinko payouts NAME --record FILE` prints it.
 """
 
-import json
-from collections.abc import Mapping
-from functools import cache
-from importlib.resources import files
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
@@ -37,13 +30,6 @@ class World(NamedTuple):
     size: float = 1.0
 
 
-class Table(NamedTuple):
-    """A solved payout table: its board's digest, and multipliers from the edge to the centre."""
-
-    digest: str
-    half: tuple[float, ...]
-
-
 WORLDS: Final = MappingProxyType(
     {
         "earth": World(GRAVITY["Earth"], 2.5, 0.7, 0.2, ball=0.2, size=0.8),
@@ -56,10 +42,3 @@ WORLDS: Final = MappingProxyType(
     }
 )
 """By the first part of their presets' names."""
-
-
-@cache
-def tables() -> Mapping[str, Table]:
-    """The payout tables of `worlds.json` by the name of their preset."""
-    text = files("plinko.engine.board").joinpath("worlds.json").read_text(encoding="utf-8")
-    return {name: Table(digest, tuple(half)) for name, (digest, half) in json.loads(text).items()}

@@ -11,7 +11,7 @@ from math import comb, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from plinko.engine.board import payouts, presets
+from plinko.engine.board import presets
 from plinko.engine.board.model import Board
 from plinko.engine.board.presets import Tuning
 from plinko.engine.drops.batch import DropBatch, drop_many
@@ -67,8 +67,7 @@ def sampling_floor(expected: npt.NDArray[np.float64], drops: int) -> float:
 
 
 def tuned(rows: int, tuning: Tuning) -> Board:
-    fields = presets.triangle("tuned", rows, payouts.multipliers(rows, "medium"), tuning)
-    return Board.of(fields)
+    return Board.of(presets.triangle("tuned", rows, presets.payouts_of(f"triangle-{rows}"), tuning))
 
 
 def fit(

@@ -6,9 +6,8 @@ from typing import Final
 
 from plinko.engine.board import presets
 from plinko.engine.board.model import Board
-from plinko.engine.board.payouts import Risk
+from plinko.engine.board.payouts import TABLES, Risk
 from plinko.engine.board.presets import HOUSE, TRIANGLE_HEIGHT, TRIANGLE_WIDTH, VARIANTS
-from plinko.engine.board.proven import DIGESTS
 from plinko.engine.board.worlds import WORLDS
 from plinko.engine.payouts.odds import odds_of
 from plinko.engine.payouts.record import shipped
@@ -56,7 +55,7 @@ def listed(name: str) -> Listed:
     return Listed(
         name,
         # A table that is not solved has no digest on record.
-        DIGESTS.get(name) or Board.preset(name).digest,
+        TABLES[name].digest if name in TABLES else Board.preset(name).digest,
         world,
         rows,
         risk,

@@ -14,10 +14,10 @@ import numpy as np
 
 from plinko.engine.batches.workers import Here, Workers
 from plinko.engine.board.model import Board
-from plinko.engine.board.payouts import Risk
+from plinko.engine.board.payouts import RISKS, Risk
 from plinko.engine.errors import ParameterError
 from plinko.engine.parameters import number
-from plinko.engine.payouts import reference, table
+from plinko.engine.payouts import table
 from plinko.engine.payouts.landings import Landings, is_mirrored, more, none_after, none_yet
 from plinko.engine.payouts.odds import DEVIATIONS, Odds, odds_of
 from plinko.engine.physics.array_types import Ints
@@ -200,7 +200,7 @@ def solve_payouts(
 
 def risk_of(risk: object) -> Risk:
     """Return `risk` if it is valid; ParameterError otherwise."""
-    for known in reference.HALF_TABLES:
+    for known in RISKS:
         if risk == known:
             return known
     raise ParameterError(f"risk is {risk!r}: it must be low, medium or high", field="risk")

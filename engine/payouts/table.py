@@ -5,16 +5,17 @@ then moves multipliers up and down a ladder of numbers that people read easily, 
 possible, until the return from every aim is within its bounds.
 """
 
+import json
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from itertools import combinations, product
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from plinko.engine.board.payouts import Risk
+from plinko.engine.board.payouts import ROWS, Risk, both_halves
 from plinko.engine.errors import ParameterError
-from plinko.engine.payouts import reference
 from plinko.engine.physics.array_types import Floats
 
 Rungs = npt.NDArray[np.intp]
@@ -103,6 +104,12 @@ def solve(chances: Floats, risk: Risk, bounds: Bounds, mirrored: bool) -> tuple[
     return tuple(pays)
 
 
+def reference(rows: int, risk: Risk) -> tuple[float, ...]:
+    """The reference game's multipliers of `rows` + 1 bins, left to right, for rows of ROWS."""
+    text = files("plinko.engine.payouts").joinpath("reference.json").read_text(encoding="utf-8")
+    return both_halves(tuple(json.loads(text)[f"{rows}-{risk}"]), rows)
+
+
 def _familiar(
     shared: Floats, void: float, bins: int, chances: Floats, risk: Risk, target: float
 ) -> Floats:
@@ -112,8 +119,8 @@ def _familiar(
     So where rare bins are hit more often than in the reference game, all of them pay less, and the
     awards still rise from bin to bin.
     """
-    rows = min(max(bins - 1, reference.ROWS[0]), reference.ROWS[-1])
-    table = np.sort(np.array(reference.reference(rows, risk)))[::-1]
+    rows = min(max(bins - 1, ROWS[0]), ROWS[-1])
+    table = np.sort(np.array(reference(rows, risk)))[::-1]
     ranks = np.linspace(0.0, rows, len(shared) if len(shared) < len(chances) else bins)
     wanted: Floats = np.exp(np.interp(ranks, np.arange(rows + 1), np.log(table)))
     returned = void + float(shared @ wanted)

@@ -11,8 +11,7 @@ from typing import Final
 from plinko.engine.batches.workers import Workers
 from plinko.engine.board import presets
 from plinko.engine.board.model import Board
-from plinko.engine.board.payouts import RISKS
-from plinko.engine.board.worlds import Table
+from plinko.engine.board.payouts import RISKS, Table
 from plinko.engine.payouts.landings import joined, more, none_after, none_yet
 from plinko.engine.payouts.odds import odds_of
 from plinko.engine.payouts.record import LEAST_WORLD, Counted
@@ -53,7 +52,7 @@ def solve_world(name: str, workers: Workers) -> tuple[Counted, dict[str, Table]]
 
 
 def to_text(tables: Mapping[str, Table]) -> str:
-    """The text of `worlds.json`: a line for each table, in the order of the presets."""
+    """The text of `payouts.json`: a line for each table, in the order of the presets."""
     lines = (
         f" {json.dumps(name)}: {json.dumps([tables[name].digest, tables[name].half])}"
         for name in presets.preset_names()

@@ -56,7 +56,7 @@ def command(
     The drops that chose a payout table do not count for its return. --count adds drops to the
     record until every return is known to 0.1 % from the board's own start and to 0.2 % from each
     aim, the cheapest first. It saves regularly and can be interrupted at any time. --solve prints
-    new multipliers for engine/board/payouts.py and notes in the record that all its drops chose
+    new multipliers for engine/board/payouts.json and notes in the record that all its drops chose
     them: only later drops count for the new table.
     """
     from plinko.engine.payouts import record as records

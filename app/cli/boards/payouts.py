@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 @click.option(
     "--tables",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="The file of the worlds' tables; needs --record.",
+    help="The file of all payout tables; needs --record.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
@@ -78,7 +78,7 @@ def command(
 
     With --record and --tables, the same drops solve the tables of every risk of a world's preset,
     for a return of 0.99. As many drops of later seeds judge them. Both files are rewritten:
-    engine/payouts/record.json and engine/board/worlds.json.
+    engine/payouts/record.json and engine/board/payouts.json.
     """
     from plinko.engine.payouts.solve import MOST, solve_payouts
 
@@ -125,8 +125,7 @@ def command(
 
 def _solve_world(record: Path, tables: Path, name: str, workers: "Workers") -> None:
     """Solve and judge the tables of a world's preset; write the drops and the tables."""
-    from plinko.engine.board import worlds as shipped
-    from plinko.engine.board.payouts import both_halves
+    from plinko.engine.board.payouts import TABLES, both_halves
     from plinko.engine.board.presets import HOUSE, VARIANTS
     from plinko.engine.payouts import worlds
     from plinko.engine.payouts.odds import odds_of
@@ -136,7 +135,7 @@ def _solve_world(record: Path, tables: Path, name: str, workers: "Workers") -> N
         raise click.UsageError(f"--record needs a world's preset, such as moon-16, not {name!r}")
     known = read_record(record)
     counted, solved = worlds.solve_world(name, workers)
-    write_whole(tables, worlds.to_text({**shipped.tables(), **solved}).encode())
+    write_whole(tables, worlds.to_text({**TABLES, **solved}).encode())
     save_record(record, {**known, name: counted})
     for table, (_, half) in solved.items():
         odds = odds_of(counted.fresh(table)[0], both_halves(half, variant.rows))

@@ -8,7 +8,7 @@ import pytest
 from plinko.app.cli import main
 from plinko.app.cli.boards import odds
 from plinko.engine import Board, drop_many
-from plinko.engine.board import payouts
+from plinko.engine.board.payouts import TABLES
 from plinko.engine.payouts.landings import Landings
 from plinko.engine.payouts.odds import odds_of
 from plinko.engine.payouts.record import Counted, from_text, shipped, to_text
@@ -47,7 +47,7 @@ def test_a_table_solved_again_uses_all_counts_and_starts_judging(
     assert main(["odds", "--record", str(record), "--solve", NAME]) == 0
     pays = [float(each) for each in capsys.readouterr().out.split("  ")[-1].split(",")]
     assert odds_of(CHOSE, pays).returned == pytest.approx(0.99, abs=5e-4)
-    assert pays[0] == pytest.approx(payouts.multipliers(8, "medium")[0], rel=0.3)
+    assert pays[0] == pytest.approx(TABLES[NAME].half[0], rel=0.3)
     assert from_text(record.read_text())[NAME].fresh(NAME)[0].first == CHOSE.drops
 
 

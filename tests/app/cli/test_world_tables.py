@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from plinko.app.cli import main
-from plinko.engine.board import worlds as shipped
+from plinko.engine.board.payouts import TABLES
 from plinko.engine.payouts import worlds
 from plinko.engine.payouts.record import from_text
 
@@ -22,7 +22,7 @@ def few_drops(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_command_writes_the_record_and_the_tables(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    record, tables = tmp_path / "record.json", tmp_path / "worlds.json"
+    record, tables = tmp_path / "record.json", tmp_path / "payouts.json"
     record.write_text("{}")
     files = ["--record", str(record), "--tables", str(tables)]
     assert main(["payouts", "rubber-8", *files]) == 0
@@ -30,9 +30,9 @@ def test_the_command_writes_the_record_and_the_tables(
     assert [line.split(":")[0] for line in said] == NAMES
     assert list(from_text(record.read_text())) == ["rubber-8"]
     written = json.loads(tables.read_text())
-    assert set(written) == {*shipped.tables(), *NAMES}
+    assert set(written) == set(TABLES)
     for name in set(written) - set(NAMES):
-        assert written[name] == [shipped.tables()[name].digest, list(shipped.tables()[name].half)]
+        assert written[name] == [TABLES[name].digest, list(TABLES[name].half)]
     for wrong in (["rubber-8-low", *files], ["triangle-8", *files], ["rubber-8", *files[:2]]):
         assert main(["payouts", *wrong]) == 2
     assert main(["payouts", "rubber-8", "--risk", "low", *files]) == 2

@@ -7,12 +7,12 @@ import pytest
 
 from plinko.engine import BallSpec, Board, BoardError, Peg, drop, drop_many, polygon
 from plinko.engine.board.making import ROWS
-from plinko.engine.board.payouts import HALF_TABLES, Risk
+from plinko.engine.board.payouts import RISKS, Risk
 from plinko.engine.board.payouts import ROWS as PRESETS
 
 
 @pytest.mark.parametrize("rows", PRESETS)
-@pytest.mark.parametrize("risk", HALF_TABLES)
+@pytest.mark.parametrize("risk", RISKS)
 def test_a_triangle_with_a_preset_s_rows_is_the_preset(rows: int, risk: Risk) -> None:
     suffix = "" if risk == "medium" else f"-{risk}"
     assert Board.triangle(rows, risk=risk) == Board.preset(f"triangle-{rows}{suffix}")

@@ -1,7 +1,5 @@
 """The worlds: honest physics, no dull table, payouts that rise to the sides and with the risk."""
 
-import json
-from importlib.resources import files
 from itertools import pairwise
 
 import pytest
@@ -9,8 +7,8 @@ import pytest
 from plinko.engine import Board, drop_many
 from plinko.engine.board import payouts
 from plinko.engine.board.materials import GRAVITY, RESTITUTION
-from plinko.engine.board.presets import TUNING, VARIANTS, Variant, preset_names
-from plinko.engine.board.worlds import TABLE_GRAVITY, WORLDS, tables
+from plinko.engine.board.presets import TUNING, VARIANTS, Variant
+from plinko.engine.board.worlds import TABLE_GRAVITY, WORLDS
 from plinko.engine.payouts.record import odds_of_record
 from tests.long import tries
 
@@ -61,22 +59,16 @@ def test_a_thousand_balls_on_sixteen_rows_hit_seven_bins_and_more(world: str) ->
 def test_payouts_rise_to_the_sides_and_with_the_risk(name: str) -> None:
     halves = {}
     for risk in payouts.RISKS:
-        half = tables()[VARIANTS[name]._replace(risk=risk).name].half
+        half = payouts.TABLES[VARIANTS[name]._replace(risk=risk).name].half
         assert all(outer >= inner for outer, inner in pairwise(half)), (risk, half)
         halves[risk] = half
     assert halves["low"][0] < halves["medium"][0] < halves["high"][0]
     assert halves["low"][-1] >= halves["medium"][-1] >= halves["high"][-1]
     low, medium, high = (
         odds_of_record(Board.preset(VARIANTS[name]._replace(risk=risk).name))[0].volatility
-        for risk in payouts.HALF_TABLES
+        for risk in ("low", "medium", "high")
     )
     assert low < medium < high
-
-
-def test_each_variant_of_a_world_has_a_table_and_no_other() -> None:
-    text = files("plinko.engine.board").joinpath("worlds.json").read_text(encoding="utf-8")
-    assert list(json.loads(text)) == [name for name in VARIANTS if not name.startswith("triangle")]
-    assert set(tables()) < set(preset_names())
 
 
 def test_the_start_and_the_walls_scale_with_the_board() -> None:

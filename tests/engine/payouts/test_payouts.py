@@ -9,7 +9,7 @@ from plinko.engine import Board, ParameterError, drop_many, preset_names
 from plinko.engine.board import payouts
 from plinko.engine.board.presets import HOUSE, VARIANTS, payouts_of, plain_name
 from plinko.engine.board.worlds import WORLDS
-from plinko.engine.payouts import reference, table
+from plinko.engine.payouts import table
 from plinko.engine.payouts.landings import (
     Landings,
     aims_of,
@@ -141,14 +141,14 @@ def test_odds_are_those_of_the_chances() -> None:
     assert odds.awards == ((3.0, 0.25), (0.5, 0.7))
 
 
-@pytest.mark.parametrize("risk", reference.HALF_TABLES)
+@pytest.mark.parametrize("risk", payouts.RISKS)
 @pytest.mark.parametrize("rows", [8, 11, 16])
 def test_binomial_chances_give_nearly_the_reference_top_award(
     rows: int, risk: payouts.Risk
 ) -> None:
     chances = np.array([[float(w) for w in _ways(rows)]]) / 2.0**rows
     pays = table.solve(chances, risk, table.Bounds(), mirrored=True)
-    known = reference.reference(rows, risk)
+    known = table.reference(rows, risk)
     assert chances[0] @ pays == pytest.approx(0.99, abs=table.NEAR)
     assert pays == pays[::-1]
     assert pays[0] == max(pays) == pytest.approx(known[0], rel=0.2)
