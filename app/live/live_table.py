@@ -30,7 +30,8 @@ from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.records import DropRow, NewDrop, ReceiptRow, ResultRow
 from plinko.app.rooms.room import Room
 from plinko.engine import Board
-from plinko.engine.drops.flight import Flight, SlicedFlight
+from plinko.engine.drops.flight import Flight
+from plinko.engine.drops.sliced import SlicedFlight
 from plinko.engine.errors import EngineError
 
 _ASIDE: Final = 4096  # events of a slice on a thread
@@ -273,9 +274,9 @@ async def cut(fact: DropRow, flight: Flight, rate: int) -> Path | None:
 
     rate: ticks a second.
     """
-    if len(flight.path.impacts) <= LONG:
+    if len(flight.trajectory.impacts) <= LONG:
         return None
-    return await asyncio.to_thread(path_of, fact.ball, fact.tick, rate, flight.path)
+    return await asyncio.to_thread(path_of, fact.ball, fact.tick, rate, flight.trajectory)
 
 
 def _finish(flight: SlicedFlight) -> Flight:

@@ -73,7 +73,7 @@ class IndependentRoom(Room):
             messages.BallStart(
                 fact.ball,
                 str(fact.seed),
-                flight.x,
+                flight.x_start,
                 fact.tick,
                 fact.practice or msgspec.UNSET,
                 **fact.tag.fields,
@@ -272,7 +272,7 @@ class IndependentRoom(Room):
                 landed.append(self._count(result))
             else:
                 self._fly(fact, flight)
-                if len(flight.path.impacts) > LONG:  # not later, on the event loop
+                if len(flight.trajectory.impacts) > LONG:  # not later, on the event loop
                     self.path(fact.ball)
         self.world.skip_ids(state.drops)
         self.seq = state.drops + self.unsettled + sum(self.histogram)
@@ -288,7 +288,7 @@ class IndependentRoom(Room):
         path = self._paths.get(ball)
         if path is None:
             fact, flight = self._flying[ball]
-            path = self._keep(ball, path_of(ball, fact.tick, self.tick_rate, flight.path))
+            path = self._keep(ball, path_of(ball, fact.tick, self.tick_rate, flight.trajectory))
         return path
 
     def _keep(self, ball: int, path: Path) -> Path:

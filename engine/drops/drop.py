@@ -14,10 +14,10 @@ from plinko.engine.board.model import Board
 from plinko.engine.constants import KIND_WALL, PHYSICS_VERSION
 from plinko.engine.drops.certainty import Certainty, certainty_of
 from plinko.engine.drops.drawing import MOMENTS, path_svg
+from plinko.engine.drops.flight import Flight
 from plinko.engine.drops.start import aim_of, start_of, unsigned_zero
-from plinko.engine.drops.trajectory import Trajectory, at_start, digest_of, follow
+from plinko.engine.drops.trajectory import at_start, follow
 from plinko.engine.errors import ParameterError
-from plinko.engine.exact.outcome import LANDED, REASONS
 from plinko.engine.notebooks import figure, png
 from plinko.engine.parameters import Solver, SolverName, make_solver
 from plinko.engine.seeding import parse_seed
@@ -29,17 +29,15 @@ _STATE_ORDER = (0, 1, 2, 5, 3, 4, 6)  # columns of STATE in the kernels' t x y v
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Drop:
+class Drop(Flight):
     """The outcome of a drop, made by the function `drop`.
 
     Drops are equal if their digests are: the same start on the same board, whether it was given by
     seed, aim or x. aim: the middle in m of the starts that seeds draw, if the player chose one.
     """
 
-    board: Board
     seed: int | None
     explicit_x: bool
-    trajectory: Trajectory
     aim: float | None = None
 
     def __eq__(self, other: object) -> bool:
@@ -72,40 +70,9 @@ class Drop:
         return self.trajectory.solver
 
     @property
-    def x_start(self) -> float:
-        """x of the centre at the start, m."""
-        return float(self.trajectory.start[1])
-
-    @property
-    def bin(self) -> int | None:
-        """Number of the bin from the left, or None if the ball did not land."""
-        return None if self.unsettled else self.trajectory.bin
-
-    @property
-    def unsettled(self) -> str | None:
-        """Why the ball did not land, or None if it did."""
-        outcome = self.trajectory.outcome
-        return None if outcome == LANDED else REASONS[outcome]
-
-    @property
-    def score(self) -> float:
-        """The bin's multiplier; 1, the stake back, if the ball did not land."""
-        return self.board.bins.score_of(self.bin)
-
-    @property
     def label(self) -> str | None:
         """Label of the bin, such as its prize; None if it has none or the ball did not land."""
         return self.board.bins.label_of(self.bin)
-
-    @property
-    def duration(self) -> float:
-        """Time from the start to the landing (or to the end of the simulation), s."""
-        return float(self.trajectory.end[0])
-
-    @property
-    def x_end(self) -> float:
-        """x of the centre at the landing (or at the end of the simulation), m."""
-        return float(self.trajectory.end[1])
 
     @property
     def impacts(self) -> npt.NDArray[np.void]:
@@ -119,11 +86,6 @@ class Drop:
     def impact_count(self) -> int:
         """Number of impacts on pegs and walls, as in a batch."""
         return int(np.count_nonzero(self.impacts["kind"] <= KIND_WALL))
-
-    @cached_property
-    def digest(self) -> str:
-        """SHA-256 of the drop, 64 hex digits; `plinko.engine.drops.digest` lists its bytes."""
-        return digest_of(self.board.digest, self.trajectory)
 
     @cached_property
     def certainty(self) -> Certainty:
@@ -240,4 +202,4 @@ def make_drop(
     """`drop`, for a board, a seed and a solver that are already parsed."""
     start = at_start(board, start_of(board, seed, x, aim))
     middle = None if aim is None else aim_of(board, aim)
-    return Drop(board, seed, x is not None, follow(board, start, solver), middle)
+    return Drop(board, follow(board, start, solver), seed, x is not None, middle)

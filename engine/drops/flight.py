@@ -4,49 +4,38 @@ Balls of the exact solver do not touch each other, so the start x alone decides 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import ceil
 
-import numpy as np
-
 from plinko.engine.board.model import Board
-from plinko.engine.drops.sliced import Slice, SlicedPath
 from plinko.engine.drops.trajectory import Trajectory, at_start, digest_of, follow
 from plinko.engine.exact.outcome import LANDED, REASONS
 from plinko.engine.parameters import Exact
 from plinko.engine.physics import body
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Flight:
-    """The path of a drop with the exact solver, and the digest of the drop."""
+    """The path of a ball on a board, and how it ended."""
 
     board: Board
-    path: Trajectory
-    digest: str
-
-    @classmethod
-    def of(cls, board: Board, path: Trajectory) -> "Flight":
-        return cls(board, path, digest_of(board.digest, path))
+    trajectory: Trajectory
 
     @property
-    def x(self) -> float:
-        """Of the start, m."""
-        return float(self.path.start[body.X])
-
-    @property
-    def duration(self) -> float:
-        """Time from the start to the end, s."""
-        return float(self.path.end[body.T])
-
-    @property
-    def x_end(self) -> float:
-        """Of the centre at the end, m."""
-        return float(self.path.end[body.X])
+    def x_start(self) -> float:
+        """x of the centre at the start, m."""
+        return float(self.trajectory.start[body.X])
 
     @property
     def bin(self) -> int | None:
-        """The bin, counted from 0 on the left; None if the ball did not land."""
-        return self.path.bin if self.path.outcome == LANDED else None
+        """Number of the bin from the left, or None if the ball did not land."""
+        return None if self.unsettled else self.trajectory.bin
+
+    @property
+    def unsettled(self) -> str | None:
+        """Why the ball did not land, or None if it did."""
+        outcome = self.trajectory.outcome
+        return None if outcome == LANDED else REASONS[outcome]
 
     @property
     def score(self) -> float:
@@ -54,9 +43,19 @@ class Flight:
         return self.board.bins.score_of(self.bin)
 
     @property
-    def unsettled(self) -> str | None:
-        """Why the ball did not land; None if it did."""
-        return None if self.path.outcome == LANDED else REASONS[self.path.outcome]
+    def duration(self) -> float:
+        """Time from the start to the landing (or to the end of the simulation), s."""
+        return float(self.trajectory.end[body.T])
+
+    @property
+    def x_end(self) -> float:
+        """x of the centre at the landing (or at the end of the simulation), m."""
+        return float(self.trajectory.end[body.X])
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the drop, 64 hex digits; `plinko.engine.drops.digest` lists its bytes."""
+        return digest_of(self.board.digest, self.trajectory)
 
     def ticks(self, dt: float) -> int:
         """Ticks of `dt` s from the start to the first one at which the flight is over."""
@@ -77,38 +76,5 @@ def ticks_of(duration: float, dt: float) -> int:
 
 
 def fly(board: Board, x: float) -> Flight:
-    """The flight of a ball that starts at rest at (x, drop.y), x in m."""
-    return Flight.of(board, follow(board, at_start(board, x), Exact()))
-
-
-class SlicedFlight:
-    """A flight computed in slices, by a thread that others wait for; the same bits as `fly`."""
-
-    def __init__(self, board: Board, x: float) -> None:
-        self._path = SlicedPath(board, x)
-        self._parts: list[Slice] = []
-
-    def advance(self, events: int) -> bool:
-        """Compute about `events` more events; returns whether the flight is complete.
-
-        Raises EffortError if a single event takes too long.
-        """
-        self._parts.append(self._path.follow(events))
-        return self._path.ended
-
-    def flight(self) -> Flight:
-        """The complete flight."""
-        path, parts = self._path, self._parts
-        return Flight.of(
-            path.board,
-            Trajectory(
-                path.board,
-                Exact(),
-                path.start,
-                path.state,
-                path.outcome,
-                path.bin,
-                np.concatenate([part.impacts for part in parts]),
-                np.concatenate([part.segments for part in parts]),
-            ),
-        )
+    """The flight of a ball that starts at rest at (x, drop.y), x in m, with the exact solver."""
+    return Flight(board, follow(board, at_start(board, x), Exact()))

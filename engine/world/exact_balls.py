@@ -44,7 +44,7 @@ class ExactBalls:
     @property
     def events(self) -> int:
         """Number of events of all flights."""
-        return sum(len(flight.path.impacts) for flight in self._flights)
+        return sum(len(flight.trajectory.impacts) for flight in self._flights)
 
     def add(self, x: float) -> None:
         self.add_flight(fly(self._board, x), 0)
@@ -54,11 +54,11 @@ class ExactBalls:
 
         Returns its state one step ago, and its progress in the last step, if any.
         """
-        start = at_start(self._board, flight.x)
+        start = at_start(self._board, flight.x_start)
         self._flights.append(flight)
         self._ticks = np.append(self._ticks, max(ticks - 1, 0))
         self._first = np.append(self._first, self._used)
-        self._put(flight.path.segments)
+        self._put(flight.trajectory.segments)
         self._last = np.append(self._last, self._used)
         self._event = np.append(self._event, 0)
         self._next_time = np.append(self._next_time, 0.0)
@@ -78,7 +78,7 @@ class ExactBalls:
         """Append segments to the pool; drop those of removed balls if it must grow."""
         end = self._used + len(segments)
         if end > len(self._pool):
-            parts = [flight.path.segments for flight in self._flights[:-1]]
+            parts = [flight.trajectory.segments for flight in self._flights[:-1]]
             live = sum(map(len, parts))
             pool = np.empty((max(256, 2 * (live + len(segments))), event_log.SEGMENT_SIZE))
             begin = 0
@@ -93,7 +93,7 @@ class ExactBalls:
 
     def whole(self, row: int) -> Trajectory:
         """The whole trajectory of the ball in `row`, including its future."""
-        return self._flights[row].path
+        return self._flights[row].trajectory
 
     def step(self, ticks: int = 1) -> list[Progress]:
         self._ticks += ticks
@@ -113,7 +113,7 @@ class ExactBalls:
     def _progress(self, row: int) -> Progress:
         """The events of a ball since the last call."""
         flight, time = self._flights[row], float(self._ticks[row] * self._dt)
-        impacts, first = flight.path.impacts, int(self._event[row])
+        impacts, first = flight.trajectory.impacts, int(self._event[row])
         last = first + int(impacts["t"][first:].searchsorted(time, side="right"))
         self._event[row] = last
         self._next_time[row] = impacts["t"][last] if last < len(impacts) else flight.duration
@@ -121,7 +121,7 @@ class ExactBalls:
         return Progress(row, impacts[first:last], end)
 
     def _end(self, flight: Flight) -> End:
-        path, ticks = flight.path, flight.ticks(self._dt)
+        path, ticks = flight.trajectory, flight.ticks(self._dt)
         return End(path.outcome, path.bin, flight.duration, flight.x_end, flight.digest, ticks)
 
     def remove(self, rows: list[int]) -> None:
@@ -134,7 +134,7 @@ class ExactBalls:
     def saved(self) -> list[dict[str, Any]]:
         """The start and the age of each ball, from which `load` computes everything else."""
         return [
-            {"x": flight.x, "frames": int(ticks)}
+            {"x": flight.x_start, "frames": int(ticks)}
             for flight, ticks in zip(self._flights, self._ticks, strict=True)
         ]
 

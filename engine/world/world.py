@@ -152,7 +152,7 @@ class World:
         `take_events` returns the landing. `ball_id` may leave out ids of balls that have landed.
         Only for the exact solver; return the ball's id.
         """
-        ball = Ball(self._next_id if ball_id is None else ball_id, seed, flight.x, tick)
+        ball = Ball(self._next_id if ball_id is None else ball_id, seed, flight.x_start, tick)
         before, progress = self._exact().add_flight(flight, self.tick - tick)
         self._next_id = ball.id + 1
         self._balls.append(ball)

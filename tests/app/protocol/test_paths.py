@@ -40,7 +40,7 @@ def errors(board: Board, flight: Flight, knots: list[decoder.Row]) -> tuple[floa
     """The largest errors of a drawn flight: of its place in m, and of its angle in rad."""
     times = np.linspace(0.0, flight.duration, SAMPLES)
     drawn = np.array([decoder.pose(knots, t, board.drag) for t in times.tolist()])
-    _, x, y, _, _, angle, _ = flight.path.states_at(times).T
+    _, x, y, _, _, angle, _ = flight.trajectory.states_at(times).T
     off = np.hypot(drawn[:, 0] - x, drawn[:, 1] - y)
     return float(off.max()), float(np.abs(drawn[:, 2] - angle).max())
 
@@ -50,7 +50,7 @@ def test_drawn_from_the_bytes_a_ball_is_off_by_a_fraction_of_a_pixel(name: str) 
     board = Board.preset(name)
     for seed in range(tries(20, 100)):
         flight = flight_of(board, seed)
-        (path,) = decoder.paths(path_of(seed, 0, 60, flight.path)[0].data)
+        (path,) = decoder.paths(path_of(seed, 0, 60, flight.trajectory)[0].data)
         assert path["ball"] == seed
         place, angle = errors(board, flight, path["knots"])
         assert place <= ERROR, seed
@@ -65,7 +65,7 @@ def test_whatever_the_law_a_path_fits(gravity: float, drag: float) -> None:
     board = Board.from_json(form)
     for seed in range(tries(2, 5)):
         flight = flight_of(board, seed)
-        (path,) = decoder.paths(path_of(0, 0, 60, flight.path)[0].data)
+        (path,) = decoder.paths(path_of(0, 0, 60, flight.trajectory)[0].data)
         assert errors(board, flight, path["knots"])[0] <= ERROR
 
 
@@ -79,7 +79,7 @@ def test_a_knot_says_what_the_ball_bounces_off() -> None:
             for hit in record.impacts
             if hit["kind"] in (KIND_PEG, KIND_WALL)
         }
-        (path,) = decoder.paths(path_of(0, 0, 60, flight_of(board, seed).path)[0].data)
+        (path,) = decoder.paths(path_of(0, 0, 60, flight_of(board, seed).trajectory)[0].data)
         for knot in path["knots"]:
             if knot["hit"] >= 0:
                 assert hits[min(hits, key=lambda t: abs(t - knot["t"]))] == knot["hit"]
@@ -92,7 +92,7 @@ def test_a_knot_says_what_the_ball_bounces_off() -> None:
 def test_a_path_begins_and_ends_with_the_drop() -> None:
     board = Board.preset("triangle-16")
     record = drop(board, 7)
-    (path,) = decoder.paths(path_of(0, 0, 60, flight_of(board, 7).path)[0].data)
+    (path,) = decoder.paths(path_of(0, 0, 60, flight_of(board, 7).trajectory)[0].data)
     first, last = path["knots"][0], path["knots"][-1]
     assert (first["t"], first["x"], first["angle"]) == (0.0, np.float32(record.x_start), 0.0)
     assert (last["t"], last["x"]) == (np.float32(record.duration), np.float32(record.x_end))
@@ -117,9 +117,9 @@ def test_a_path_takes_little_more_than_a_quarter_of_the_bytes_of_snapshots(name:
 def test_a_long_path_comes_in_parts_before_the_ball_needs_them() -> None:
     board = elastic()
     flight = flight_of(board, 1)
-    assert len(flight.path.events) > 6 * MOST_KNOTS
+    assert len(flight.trajectory.events) > 6 * MOST_KNOTS
     start, rate = 1000, 60
-    parts = path_of(3, start, rate, flight.path)
+    parts = path_of(3, start, rate, flight.trajectory)
     knots = [decoder.paths(part.data)[0]["knots"] for part in parts]
     assert max(map(len, knots)) == MOST_KNOTS
     assert len(knots) > 5
@@ -127,7 +127,7 @@ def test_a_long_path_comes_in_parts_before_the_ball_needs_them() -> None:
         assert before[-1] == after[0]
     whole = knots[0] + [knot for part in knots[1:] for knot in part[1:]]
     times = np.linspace(0.0, flight.duration, SAMPLES)
-    true = flight.path.states_at(times)
+    true = flight.trajectory.states_at(times)
     for t, state in zip(times.tolist(), true, strict=True):
         x, y, _ = decoder.pose(whole, t, board.drag)
         assert np.hypot(x - state[1], y - state[2]) <= 4 * ERROR, "times are known to 30 us"
@@ -143,7 +143,7 @@ def test_a_long_path_comes_in_parts_before_the_ball_needs_them() -> None:
 
 def test_a_late_client_gets_the_part_that_the_ball_is_in() -> None:
     board = elastic()
-    parts = path_of(0, 0, 60, flight_of(board, 1).path)
+    parts = path_of(0, 0, 60, flight_of(board, 1).trajectory)
     for tick in range(0, 60_000, 997):
         found = decoder.paths(current_parts(parts, tick))
         assert len(found) <= 2
@@ -165,7 +165,7 @@ def test_further_parts_are_sent_once_by_the_room() -> None:
         before = tick
     begins = [part["knots"][0]["t"] for part in got if part["ball"] == 0]
     assert begins == sorted(set(begins))
-    assert len(begins) == len(path_of(0, 0, 60, flight_of(room.board, 1).path))
+    assert len(begins) == len(path_of(0, 0, 60, flight_of(room.board, 1).trajectory))
 
 
 # Rooms.

@@ -1,5 +1,7 @@
 """A path computed in slices has the same bits as one computed at once, wherever it is cut."""
 
+from itertools import cycle
+
 import numpy as np
 import pytest
 
@@ -7,8 +9,8 @@ from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
 from plinko.engine import Board, drop
 from plinko.engine.drops import sliced
-from plinko.engine.drops.flight import SlicedFlight, fly
-from plinko.engine.drops.sliced import Slice, SlicedPath
+from plinko.engine.drops.flight import Flight, fly
+from plinko.engine.drops.sliced import SlicedFlight
 from plinko.engine.drops.start import start_of
 from plinko.engine.drops.trajectory import at_start, follow
 from plinko.engine.errors import EffortError
@@ -17,25 +19,23 @@ from plinko.engine.parameters import Exact
 from tests.long import tries
 
 
-def in_slices(path: SlicedPath, sizes: "list[int]") -> list[Slice]:
-    """All slices up to the end; their sizes repeat `sizes`."""
-    parts: list[Slice] = []
-    while not path.ended:
-        parts.append(path.follow(sizes[len(parts) % len(sizes)]))
-    return parts
+def in_slices(sliced: SlicedFlight, sizes: "list[int]") -> Flight:
+    """The flight in slices whose sizes repeat `sizes`."""
+    for size in cycle(sizes):
+        if sliced.advance(size):
+            break
+    return sliced.flight()
 
 
 def assert_same(board: Board, x: float, sizes: "list[int]", most: int = 100_000) -> int:
     """Assert that the drop is the same in slices; returns its number of events."""
     whole = follow(board, at_start(board, x), Exact(), most)
-    path = SlicedPath(board, x, most)
-    parts = in_slices(path, sizes)
-    for name in ("impacts", "segments"):
-        joined = np.concatenate([getattr(part, name) for part in parts])
+    found = in_slices(SlicedFlight(board, x, most), sizes)
+    for name in ("impacts", "segments", "end"):
+        joined = getattr(found.trajectory, name)
         assert joined.tobytes() == getattr(whole, name).tobytes(), name
-    assert path.state.tobytes() == whole.end.tobytes()
-    assert (path.outcome, path.bin) == (whole.outcome, whole.bin)
-    assert path.events == len(whole.events)
+    assert (found.trajectory.outcome, found.trajectory.bin) == (whole.outcome, whole.bin)
+    assert found.digest == Flight(board, whole).digest
     return len(whole.events)
 
 
@@ -63,9 +63,8 @@ def test_a_drop_without_end_ends_at_the_same_event() -> None:
     whole = len(follow(board, at_start(board, x), Exact()).events)
     for most in range(1, whole):
         assert_same(board, x, [4], most)
-    limited = SlicedPath(board, x, 2)
-    in_slices(limited, [1])
-    assert limited.outcome == EVENT_LIMIT
+    limited = in_slices(SlicedFlight(board, x, 2), [1])
+    assert limited.trajectory.outcome == EVENT_LIMIT
 
 
 def test_slices_get_shorter_where_a_call_takes_too_long(
@@ -75,38 +74,34 @@ def test_slices_get_shorter_where_a_call_takes_too_long(
     monkeypatch.setattr(sliced, "EFFORT", 20_000)
     board = Board.preset("triangle-16")
     assert assert_same(board, start_of(board, 0, None), [64]) > 16
-    path = SlicedPath(board, start_of(board, 0, None))
-    assert 0 < len(path.follow(64).impacts) < 16
+    flight = SlicedFlight(board, start_of(board, 0, None))
+    assert not flight.advance(64)
+    assert 0 < len(flight.flight().trajectory.impacts) < 16
 
 
 def test_a_single_event_that_takes_too_long_says_so(
     limited_calls: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = SlicedPath(Board.preset("triangle-8"), 0.01)
-    path.follow(2)
-    before = path.state.tobytes()
+    flight = SlicedFlight(Board.preset("triangle-8"), 0.01)
+    assert not flight.advance(2)
+    before = flight.flight().trajectory.end.tobytes()
     monkeypatch.setattr(sliced, "EFFORT", 50)
     with pytest.raises(EffortError, match="trace_many has not ended after 50 instructions"):
-        path.follow(64)
-    assert (path.state.tobytes(), path.ended) == (before, False)
+        flight.advance(64)
+    assert flight.flight().trajectory.end.tobytes() == before
 
 
 def test_a_flight_computed_in_slices_is_the_flight() -> None:
     board = scene("storm").board
     for seed in range(5):
         x = start_of(board, seed, None)
-        sliced = SlicedFlight(board, x)
-        while not sliced.advance(64):
-            pass
-        found, whole = sliced.flight(), fly(board, x)
+        found, whole = in_slices(SlicedFlight(board, x), [64]), fly(board, x)
         assert found.digest == whole.digest == drop(board, seed).digest
-        assert found.path.segments.tobytes() == whole.path.segments.tobytes()
+        assert found.trajectory.segments.tobytes() == whole.trajectory.segments.tobytes()
 
 
 def test_what_has_ended_has_nothing_more() -> None:
-    path = SlicedPath(Board.preset("triangle-8"), 0.01)
-    in_slices(path, [1000])
-    end = path.state.copy()
-    part = path.follow(10)
-    assert (len(part.impacts), len(part.segments)) == (0, 0)
-    assert path.state.tobytes() == end.tobytes()
+    sliced = SlicedFlight(Board.preset("triangle-8"), 0.01)
+    whole = in_slices(sliced, [1000])
+    assert sliced.advance(10)
+    assert sliced.flight().digest == whole.digest

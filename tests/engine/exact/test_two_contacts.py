@@ -181,11 +181,12 @@ def test_a_notch_that_holds_a_ball_is_named() -> None:
 
 
 def test_a_start_in_a_notch_is_the_same_in_slices() -> None:
-    from plinko.engine.drops.sliced import SlicedPath
+    from plinko.engine.drops.sliced import SlicedFlight
 
     walls = (Wall(-0.5, 0.4, 0.1, 0.9), Wall(0.1, -0.5, 0.1, 0.9))
     board = place(walls=walls, restitution=0.1, friction=0.3, radius=R, bins=NEAR, drop=ZONE)
     whole = drop(board, x=-0.2)
-    sliced = SlicedPath(board, -0.2)
-    impacts = [sliced.follow(1).impacts for _ in range(len(whole.impacts) + 1)]
-    assert np.array_equal(np.concatenate(impacts), whole.impacts)
+    sliced = SlicedFlight(board, -0.2)
+    for _ in range(len(whole.impacts) + 1):
+        sliced.advance(1)
+    assert np.array_equal(sliced.flight().trajectory.impacts, whole.impacts)

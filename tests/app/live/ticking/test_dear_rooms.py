@@ -19,7 +19,8 @@ from plinko.app.rooms.kinds import INTERACTING
 from plinko.app.rooms.pending import DropCommand
 from plinko.engine import Board, drop
 from plinko.engine.drops import sliced
-from plinko.engine.drops.flight import Flight, SlicedFlight
+from plinko.engine.drops.flight import Flight
+from plinko.engine.drops.sliced import SlicedFlight
 from tests.app.asking import ask
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.hand import HandClock
