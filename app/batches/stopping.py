@@ -2,7 +2,7 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Final, NoReturn
@@ -34,12 +34,24 @@ def undisturbed() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread is interrupted
         return
-    came: list[int] = []
-    before = {each: signal.signal(each, lambda number, _: came.append(number)) for each in _SIGNALS}
-    try:
+    with collected(lambda: None) as came:
         yield
+    for number in came[:1]:
+        signal.raise_signal(number)
+
+
+@contextmanager
+def collected(note: Callable[[], None]) -> Iterator[list[int]]:
+    """Collect both signals instead of dying, and call `note` at each."""
+    came: list[int] = []
+
+    def add(number: int, _frame: FrameType | None) -> None:
+        came.append(number)
+        note()
+
+    before = {each: signal.signal(each, add) for each in _SIGNALS}
+    try:
+        yield came
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
-    for number in came[:1]:
-        signal.raise_signal(number)

@@ -100,7 +100,7 @@ class _LazyGroup(click.Group):
 @click.group(
     cls=_LazyGroup,
     invoke_without_command=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "show_default": True},
 )
 @click.version_option(package_name="plinko-sim", message="%(version)s")
 @click.pass_context
@@ -135,10 +135,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _fail(_os_message(error))
     except Exception as error:
+        from plinko.app.errors import StartError
+        from plinko.engine.errors import PlinkoError
+
         # Any other error is a bug in Plinko and keeps its traceback.
-        if not _is_input_error(error):
+        if not isinstance(error, PlinkoError):
             raise
-        return _fail(str(error), EXIT_NOT_NOW if _may_pass(error) else EXIT_BAD_INPUT)
+        return _fail(str(error), EXIT_NOT_NOW if isinstance(error, StartError) else EXIT_BAD_INPUT)
     return result if isinstance(result, int) else 0
 
 
@@ -162,15 +165,3 @@ def _usage_message(error: click.ClickException) -> str:
 def _os_message(error: OSError) -> str:
     reason = error.strerror or str(error)
     return f"{error.filename}: {reason}" if error.filename is not None else reason
-
-
-def _is_input_error(error: Exception) -> bool:
-    from plinko.engine.errors import PlinkoError
-
-    return isinstance(error, PlinkoError)
-
-
-def _may_pass(error: Exception) -> bool:
-    from plinko.app.errors import StartError
-
-    return isinstance(error, StartError)

@@ -1,6 +1,7 @@
 """Arguments and options that several subcommands share, and functions that read and print them."""
 
 import codecs
+import functools
 import gc
 import io
 import json
@@ -25,6 +26,10 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 Options = dict[str, Any]
 """The solver, as keyword arguments of `plinko.engine.drop` and `plinko.engine.drop_many`."""
+
+COUNT: Final = click.IntRange(min=1)
+IN: Final = click.Path(exists=True, dir_okay=False, path_type=Path)
+OUT: Final = click.Path(dir_okay=False, path_type=Path)
 
 
 @contextmanager
@@ -93,8 +98,16 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
         ) from None
 
 
-def solver_options(command: Command) -> Command:
-    """Add --solver, --dt, --substeps and --correction; read them with `read_solver`."""
+def solver_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --solver, --dt, --substeps and --correction, which the command gets as `how`: Options."""
+
+    @functools.wraps(command)
+    def with_solver(
+        *, solver: str, dt: float | None, substeps: int | None, correction: float | None,
+        **others: Any,
+    ) -> Any:  # fmt: skip
+        return command(how=_read_solver(solver, dt, substeps, correction), **others)
+
     for option in (
         click.option(
             "--correction", type=float, help="Share of an overlap removed per substep. [0.6]"
@@ -107,12 +120,11 @@ def solver_options(command: Command) -> Command:
             "--solver",
             type=click.Choice(["exact", "stepped"]),
             default="exact",
-            show_default=True,
             help="exact: from impact to impact; stepped: with a fixed time step.",
         ),
     ):
-        command = option(command)
-    return command
+        with_solver = option(with_solver)
+    return with_solver
 
 
 def cluster_option(command: Command) -> Command:
@@ -126,10 +138,13 @@ def cluster_option(command: Command) -> Command:
 
 def workers_options(command: Command) -> Command:
     """Add --threads and --cluster."""
-    threads = click.option(
-        "--threads", type=click.IntRange(min=1), help="Threads to compute with. [one per core]"
+    return threads_option(cluster_option(command))
+
+
+def threads_option(command: Command) -> Command:
+    return click.option("--threads", type=COUNT, help="Threads to compute with. [one per core]")(
+        command
     )
-    return threads(cluster_option(command))
 
 
 def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager[Workers]":
@@ -140,11 +155,11 @@ def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager
 
 
 @contextmanager
-def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[[int], None] | None]:
+def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[..., None] | None]:
     """Show a bar with rate and time left on stderr, or yield None if stderr is not a terminal.
 
-    Call the yielded function with the number done in all. `done` of them are from an earlier run
-    and do not count for the rate.
+    Call the yielded function with the number done in all, and with the length if it changes. `done`
+    of them are from an earlier run and do not count for the rate.
     """
     if not sys.stderr.isatty():
         yield None
@@ -153,9 +168,10 @@ def progress(length: int, label: str, done: int = 0) -> Iterator[Callable[[int],
     with click.progressbar(length=length, label=label, show_eta=False, file=sys.stderr) as bar:
         bar.update(done)
 
-        def report(now: int) -> None:
+        def report(now: int, of: int = length) -> None:
             rate = (now - done) / max(time.monotonic() - began, 1e-9)
-            left = timedelta(seconds=min(round((length - now) / max(rate, 1e-9)), 10**13))
+            left = timedelta(seconds=min(round((of - now) / max(rate, 1e-9)), 10**13))
+            bar.length = of
             bar.label = f"{label}, {rate:,.0f}/s, {left} left"
             bar.update(now - bar.pos)
 
@@ -173,7 +189,7 @@ def writable(out: str, endings: tuple[str, ...]) -> Path:
     return path
 
 
-def read_solver(
+def _read_solver(
     solver: str, dt: float | None, substeps: int | None, correction: float | None
 ) -> Options:
     """The solver's options as keyword arguments, without the unset ones.

@@ -13,23 +13,11 @@ if TYPE_CHECKING:
 
 @click.command(name="calibrate", short_help="Search for a triangle's physics.")
 @click.option("--rows", type=click.IntRange(8, 16), required=True, help="The triangle's rows.")
+@click.option("--trials", type=common.COUNT, default=200, help="Points in the first round.")
 @click.option(
-    "--trials",
-    type=click.IntRange(min=1),
-    default=200,
-    show_default=True,
-    help="Points in the first round.",
+    "--drops", type=common.COUNT, default=10_000, help="Drops per point in the first round."
 )
-@click.option(
-    "--drops",
-    type=click.IntRange(min=1),
-    default=10_000,
-    show_default=True,
-    help="Drops per point in the first round.",
-)
-@click.option(
-    "--check", type=click.IntRange(min=1), help="Finally measure with this many new seeds."
-)
+@click.option("--check", type=common.COUNT, help="Finally measure with this many new seeds.")
 @click.option("--preset", is_flag=True, help="Do not search; measure the preset.")
 @common.cluster_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object per line.")

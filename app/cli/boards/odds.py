@@ -1,16 +1,13 @@
 """`plinko odds`: print the presets' returns from recorded drops, and drop more for the record."""
 
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Final
 
 import click
 
 from plinko.app.batches.files import write_whole
+from plinko.app.batches.stopping import collected
 from plinko.app.cli import common
 from plinko.engine import json_text
 from plinko.engine.errors import EngineError, RecordError
@@ -30,11 +27,7 @@ _HEADS: Final = ("board", "return", "drops", "top award", "hit rate", "volatilit
 
 
 @click.command(name="odds", short_help="Show the presets' returns, or count more drops.")
-@click.option(
-    "--record",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="A record of drops.  [the one of this release]",
-)
+@click.option("--record", type=common.IN, help="A record of drops.  [the one of this release]")
 @click.option("--count", is_flag=True, help="Drop more balls; needs --record.")
 @click.option(
     "--hours", type=click.FloatRange(min=0.0), help="Stop counting after this many hours."
@@ -94,29 +87,12 @@ def save_record(path: Path, record: "Record") -> None:
     write_whole(path, to_text(record).encode())
 
 
-@contextmanager
-def _asked_to_stop() -> Iterator[list[int]]:
-    """Collect signals instead of dying, so that the caller can finish and save its drops."""
-    came: list[int] = []
-
-    def note(number: int, _frame: FrameType | None) -> None:
-        came.append(number)
-        common.echo("stopping after the current drops", err=True)
-
-    before = {each: signal.signal(each, note) for each in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield came
-    finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
-
-
 def _count(path: Path, record: "Record", hours: float | None, workers: "Workers") -> None:
     from plinko.engine.payouts.record import counted_on, still_to_drop, wanted
 
     began = time.monotonic()
     dropped = 0
-    with _asked_to_stop() as stop:
+    with collected(lambda: common.echo("stopping after the current drops", err=True)) as stop:
         while needs := wanted(record):
             some = min(STEP, needs[0].drops)
             record = counted_on(record, needs[0], some, workers)

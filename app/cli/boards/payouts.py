@@ -1,8 +1,6 @@
 """`plinko payouts`: solve a payout table from seeded drops."""
 
 import json
-import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,41 +19,25 @@ if TYPE_CHECKING:
 @click.command(name="payouts", short_help="Solve the payout table of a board.")
 @common.board_argument
 @click.option(
-    "--return",
-    "returned",
-    type=float,
-    default=0.99,
-    show_default=True,
-    help="Share of the stakes to pay back.",
+    "--return", "returned", type=float, default=0.99, help="Share of the stakes to pay back."
 )
 @click.option(
     "--risk",
     type=click.Choice(["low", "medium", "high"]),
     default="medium",
-    show_default=True,
     help="How much the outer bins pay compared with the middle ones.",
 )
 @click.option(
-    "--drops",
-    type=click.IntRange(min=1),
-    help="Drops from each aim, at most; as many again test the table.",
+    "--drops", type=common.COUNT, help="Drops from each aim, at most; as many again test the table."
 )
 @common.workers_options
-@click.option(
-    "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the board with the new table as JSON.",
-)
+@click.option("--out", type=common.OUT, help="Write the board with the new table as JSON.")
 @click.option(
     "--record",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=common.IN,
     help="Solve all tables of a world's preset, such as moon-16, and note the drops in this file.",
 )
-@click.option(
-    "--tables",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="The file of all payout tables; needs --record.",
-)
+@click.option("--tables", type=common.OUT, help="The file of all payout tables; needs --record.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -89,19 +71,7 @@ def command(
             "--record solves the tables of every risk for a return of 0.99: omit --return, --risk, "
             "--drops, --out and --json"
         )
-    shown = click.progressbar(length=1, label="drops", file=sys.stderr)
-    with (
-        common.workers(cluster, threads) as workers,
-        shown if sys.stderr.isatty() else nullcontext() as bar,
-    ):
-
-        def progress(done: int, of: int) -> None:
-            if bar is None:
-                return
-            bar.length = of
-            bar.label = f"{done:,} of {of:,} drops"
-            bar.update(done - bar.pos)
-
+    with common.workers(cluster, threads) as workers, common.progress(1, "drops") as progress:
         if record is not None and tables is not None:
             _solve_world(record, tables, board, workers)
             return

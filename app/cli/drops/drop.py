@@ -25,10 +25,7 @@ def command(
     seed: str | None,
     x: float | None,
     aim: float | None,
-    solver: str,
-    dt: float | None,
-    substeps: int | None,
-    correction: float | None,
+    how: common.Options,
     certainty: bool,
     as_json: bool,
 ) -> None:
@@ -37,7 +34,6 @@ def command(
     The same board and seed give the same drop to the last bit on every machine; the digest proves
     it. `plinko verify` checks the output of --json.
     """
-    how = common.read_solver(solver, dt, substeps, correction)
     number = common.read_start(seed, x)
     from plinko.engine import drop
 

@@ -9,22 +9,15 @@ from plinko.app.cli import common
 @click.command(name="map", short_help="Draw the bin as a function of the start, proven.")
 @common.board_argument
 @click.argument("out", metavar="OUT")
-@click.option("--x", default="0", show_default=True, help="Zoom in on this start (metres), exact.")
+@click.option("--x", default="0", help="Zoom in on this start (metres), exact.")
 @click.option(
     "--levels",
     type=click.IntRange(1, 41),
     default=31,
-    show_default=True,
     help="Number of strips; each shows a tenth of the one above it.",
 )
-@click.option(
-    "--pixels",
-    type=click.IntRange(1, 4096),
-    default=256,
-    show_default=True,
-    help="Width of a strip.",
-)
-@click.option("--theme", default="light", show_default=True, help="Colours: light or dark.")
+@click.option("--pixels", type=click.IntRange(1, 4096), default=256, help="Width of a strip.")
+@click.option("--theme", default="light", help="Colours: light or dark.")
 def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) -> None:
     """Draw into OUT (.png, .jpg, .webp) the bin to which each start on BOARD leads.
 
@@ -39,11 +32,11 @@ def command(board: str, out: str, x: str, levels: int, pixels: int, theme: str) 
 
     chosen = common.load_board(board)
     strips = []
-    with common.progress(levels, "strips") as report:
+    with common.progress(levels, "strips") as progress:
         for level in range(levels):
             strips.append(strip_at(chosen, x, level, pixels))
-            if report:
-                report(level + 1)
+            if progress is not None:
+                progress(level + 1)
     picture = map_picture(chosen, strips, path.suffix[1:].lower(), theme)
     write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes, {sum(strip.proofs for strip in strips):,} proofs")

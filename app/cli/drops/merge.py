@@ -8,12 +8,8 @@ from plinko.app.cli import common
 
 
 @click.command(name="merge", short_help="Combine results of parts of a batch.")
-@click.argument(
-    "files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
-)
-@click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Also save the result here."
-)
+@click.argument("files", nargs=-1, required=True, type=common.IN)
+@click.option("--out", type=common.OUT, help="Also save the result here.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(files: tuple[Path, ...], out: Path | None, as_json: bool) -> None:
     """Combine results in FILES, written by `plinko simulate` with --json or --resume.

@@ -1,5 +1,6 @@
 """`plinko render`: draw one drop or many drops into a picture file."""
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import click
@@ -10,7 +11,6 @@ from plinko.engine.json_text import Json
 
 if TYPE_CHECKING:
     from plinko.app.render.raster.encode import Still
-    from plinko.app.render.theme import Scheme
     from plinko.engine import Board, Drop
 
 STILLS = (".png", ".jpg", ".webp")
@@ -36,26 +36,22 @@ MANY = ("sheet", "density", "histogram")
     "--fps",
     type=int,
     default=30,
-    show_default=True,
     help="Frames per second of an animation, 1 to 60; a GIF has at most 50.",
 )
-@click.option("--theme", default="light", show_default=True, help="Colours: light or dark.")
+@click.option("--theme", default="light", help="Colours: light or dark.")
 def command(  # one parameter per option: click passes them by name
     board: str,
     out: str,
     seed: str | None,
     x: float | None,
     aim: float | None,
-    solver: str,
-    dt: float | None,
-    substeps: int | None,
-    correction: float | None,
+    how: common.Options,
     at: float | None,
     columns: int | None,
     cluster: str | None,
     width: int | None,
     fps: int,
-    theme: "Scheme",
+    theme: str,
     **many: int | None,
 ) -> None:
     """Draw drops on BOARD into the file OUT; its ending chooses the format.
@@ -64,28 +60,22 @@ def command(  # one parameter per option: click passes them by name
     one moment (--at; .png, .jpg, .webp). Many drops (--sheet, --density or --histogram N; .png,
     .jpg, .webp): those of N seeds from --seed on.
     """
-    how = common.read_solver(solver, dt, substeps, correction)
     asked = {name: count for name, count in many.items() if count is not None}
     if cluster is not None and set(asked) != {"density"}:
         raise click.UsageError(f"--cluster {cluster} works only with --density")
     path = common.writable(out, STILLS if asked or at is not None else (*STILLS, *ANIMATIONS))
     fmt: Json = path.suffix.lower()[1:]
-    given = {"width": width, "columns": columns}
+    given = {"width": width, "columns": columns, "theme": theme}
     sizes: dict[str, Json] = {name: v for name, v in given.items() if v is not None}
     if asked:
-        _check_many(asked, columns=columns, solver=solver, x=x, aim=aim, at=at)
+        _check_many(asked, columns=columns, solver=how["solver"], x=x, aim=aim, at=at)
         ((kind, count),) = asked.items()
         seeds = _seeds(seed, count, kind)
-        drawn = common.load_board(board)
-        if cluster is None:
-            picture = _draw_many(kind, drawn, seeds, fmt, theme, how, sizes)
-        else:
-            picture = _draw_by(cluster, drawn, seeds, fmt, theme, sizes)
+        picture = _draw_many(kind, common.load_board(board), seeds, fmt, cluster, how, sizes)
     else:
         if columns is not None:
             raise click.UsageError(f"--columns {columns} works only with --sheet")
-        d = _dropped(board, seed, x, aim, how)
-        picture = _draw_one(d, fmt, at, fps, theme, sizes)
+        picture = _draw_one(_dropped(board, seed, x, aim, how), fmt, at, fps, sizes)
     write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes")
 
@@ -99,14 +89,12 @@ def _dropped(
     return drop(common.load_board(board), number, x=x, aim=aim, **how)
 
 
-def _draw_one(
-    d: "Drop", fmt: Json, at: float | None, fps: int, theme: "Scheme", sizes: dict[str, Json]
-) -> bytes:
+def _draw_one(d: "Drop", fmt: Json, at: float | None, fps: int, sizes: dict[str, Json]) -> bytes:
     from plinko.app.render import drop_animation, drop_picture
 
     if at is None and f".{fmt}" in ANIMATIONS:
-        return drop_animation(d, fmt, fps=fps, theme=theme, **sizes)
-    return drop_picture(d, fmt, theme=theme, at=at, **sizes)
+        return drop_animation(d, fmt, fps=fps, **sizes)
+    return drop_picture(d, fmt, at=at, **sizes)
 
 
 def _draw_many(
@@ -114,41 +102,25 @@ def _draw_many(
     board: "Board",
     seeds: range,
     fmt: "Still",
-    theme: "Scheme",
+    cluster: str | None,
     how: common.Options,
     sizes: dict[str, Json],
 ) -> bytes:
     from plinko.app.render import contact_sheet, density_picture, histogram_picture
     from plinko.engine import drop_many
 
-    with common.progress(len(seeds), "drops") as progress:
-        if kind == "sheet":
-            return contact_sheet(board, seeds, fmt, theme=theme, progress=progress, **sizes)
-        if kind == "density":
-            return density_picture(board, seeds, fmt, theme=theme, progress=progress, **sizes)
-        batch = drop_many(board, seeds, progress=progress, **how)
-        return histogram_picture(
-            board, batch.histogram, fmt, theme=theme, unsettled_count=batch.unsettled_count, **sizes
-        )
-
-
-def _draw_by(
-    cluster: str,
-    board: "Board",
-    seeds: range,
-    fmt: "Still",
-    theme: "Scheme",
-    sizes: dict[str, Json],
-) -> bytes:
-    """Draw where the drops spend their time, computed by a cluster."""
-    from plinko.app.render import density_picture
-
     with (
-        common.workers(cluster, None) as workers,
+        nullcontext() if cluster is None else common.workers(cluster, None) as workers,
         common.progress(len(seeds), "drops") as progress,
     ):
-        how: dict[str, Json] = {"progress": progress, "workers": workers, **sizes}
-        return density_picture(board, seeds, fmt, theme=theme, **how)
+        if kind == "sheet":
+            return contact_sheet(board, seeds, fmt, progress=progress, **sizes)
+        if kind == "density":
+            sizes |= {"progress": progress, "workers": workers}
+            return density_picture(board, seeds, fmt, **sizes)
+        batch = drop_many(board, seeds, progress=progress, **how)
+        unsettled = batch.unsettled_count
+        return histogram_picture(board, batch.histogram, fmt, unsettled_count=unsettled, **sizes)
 
 
 def _check_many(

@@ -22,32 +22,21 @@ if TYPE_CHECKING:
     metavar="WEIGHTS",
     help="Instead of --bin: make a draw. One weight per bin, such as 9999,1, or a JSON file.",
 )
+@click.option("--count", type=common.COUNT, default=1, help="How many seeds.")
 @click.option(
-    "--count", type=click.IntRange(min=1), default=1, show_default=True, help="How many seeds."
+    "--per-bin", type=common.COUNT, default=100, help="For --draw: seeds per bin with a weight."
 )
 @click.option(
-    "--per-bin",
-    type=click.IntRange(min=1),
-    default=100,
-    show_default=True,
-    help="For --draw: seeds per bin with a weight.",
-)
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="For --draw: the file to write. [standard output]",
+    "-o", "--output", type=common.OUT, help="For --draw: the file to write. [standard output]"
 )
 @click.option("--after", metavar="SEED", help="Begin with the seed after this one. [from 0 on]")
 @common.aim_option
 @click.option(
     "--patience",
-    type=click.IntRange(min=1),
+    type=common.COUNT,
     help="Give up after this many seeds in a row that land elsewhere. [10,000,000]",
 )
-@click.option(
-    "--threads", type=click.IntRange(min=1), help="Threads to compute with. [one per core]"
-)
+@common.threads_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
     board: str,
@@ -70,27 +59,23 @@ def command(
     With --draw it writes the body of a `POST rooms` request, for a room in which each bin has
     exactly the odds of its weight: the server draws a bin, then one of that bin's seeds.
     """
-    from plinko.engine.drops.seeds import PATIENCE, seeds_landing_in
+    from plinko.engine import find_draw, seeds_landing_in
+    from plinko.engine.drops.seeds import PATIENCE
 
     if (number is None) == (draw is None):
         raise click.UsageError("give either --bin or --draw")
     found = common.load_board(board)
     begin = None if after is None else common.read_seed(after)
+    how: dict[str, Any] = {
+        "after": begin, "patience": patience or PATIENCE, "threads": threads
+    }  # fmt: skip
     if draw is not None:
         if aim is not None:
             raise click.UsageError(f"--aim {aim:g}: a draw has no aim; give --draw without --aim")
-        _write_draw(found, _weights(draw), per_bin, begin, patience or PATIENCE, threads, output)
+        _write_draw(found, find_draw(found, _weights(draw), per_bin=per_bin, **how), output)
         return
     assert number is not None
-    seeds = seeds_landing_in(
-        found,
-        number,
-        after=begin,
-        count=count,
-        aim=aim,
-        patience=patience or PATIENCE,
-        threads=threads,
-    )
+    seeds = seeds_landing_in(found, number, count=count, aim=aim, **how)
     if as_json:
         listed = [str(seed) for seed in seeds]
         common.print_json({"board_digest": found.digest, "bin": number, "seeds": listed})
@@ -113,20 +98,7 @@ def _weights(text: str) -> Any:
         ) from error
 
 
-def _write_draw(
-    board: "Board",
-    weights: Any,
-    per_bin: int,
-    after: int | None,
-    patience: int,
-    threads: int | None,
-    output: Path | None,
-) -> None:
-    from plinko.engine import find_draw
-
-    draw = find_draw(
-        board, weights, per_bin=per_bin, after=after, patience=patience, threads=threads
-    )
+def _write_draw(board: "Board", draw: dict[str, Any], output: Path | None) -> None:
     body = {"board": board.preset_name or board.to_dict(), "mode": "draw", "draw": draw}
     text = json.dumps(body) + "\n"
     if output is None:

@@ -61,9 +61,7 @@ def _run_of_blocks(
 @click.command(name="simulate", short_help="Drop many balls and count where they land.")
 @common.board_argument
 @click.option("--drops", required=True, callback=_count, metavar="N", help="How many, such as 1e9.")
-@click.option(
-    "--seed", default="0", show_default=True, help="The first seed; each next drop adds one."
-)
+@click.option("--seed", default="0", help="The first seed; each next drop adds one.")
 @common.aim_option
 @common.solver_options
 @common.workers_options
@@ -75,14 +73,10 @@ def _run_of_blocks(
 )
 @click.option(
     "--resume",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=common.OUT,
     help="Save the result in this file regularly; if the file exists, continue its run.",
 )
-@click.option(
-    "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write a row for each drop: .parquet or .csv.",
-)
+@click.option("--out", type=common.OUT, help="Write a row for each drop: .parquet or .csv.")
 @click.option("--certify", is_flag=True, help="Prove each bin that rounding may decide.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
@@ -90,10 +84,7 @@ def command(
     drops: int,
     seed: str,
     aim: float | None,
-    solver: str,
-    dt: float | None,
-    substeps: int | None,
-    correction: float | None,
+    how: common.Options,
     threads: int | None,
     cluster: str | None,
     blocks: tuple[int, int] | None,
@@ -112,9 +103,8 @@ def command(
     The time does not include start-up and compilation. --certify proves each bin that rounding may
     decide (milliseconds each).
     """
-    how = common.read_solver(solver, dt, substeps, correction)
     if certify:
-        _check_certify(solver, aim, {"--blocks": blocks, "--resume": resume, "--out": out})
+        _check_certify(how["solver"], aim, {"--blocks": blocks, "--resume": resume, "--out": out})
     from plinko.app.batches.running import Run
     from plinko.app.batches.stopping import terminable
     from plinko.engine.batches.job import Job

@@ -114,7 +114,7 @@ def erase(who: str, url: str) -> None:
 @players.command(name="ban")
 @click.argument("client")
 @click.argument("url", default="http://127.0.0.1:8000")
-@click.option("--minutes", default=60, show_default=True, help="For how long; 0 ends the ban.")
+@click.option("--minutes", default=60, help="For how long; 0 ends the ban.")
 def ban(client: str, url: str, minutes: int) -> None:
     """Ban CLIENT for a time: an address from everything, or a player's mark from drops."""
     found = ask(url, "/api/v1/bans", {"client": client, "minutes": minutes})
