@@ -18,6 +18,7 @@ from plinko.engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, js
 from plinko.engine.batches.block import Block, summed
 from plinko.engine.batches.job import Job
 from plinko.engine.batches.tally import Tally
+from plinko.engine.batches.workers import Here
 from plinko.engine.drops.digest import BLOCK
 from plinko.engine.drops.drop import make_drop
 from plinko.engine.drops.seeds import Search
@@ -261,7 +262,9 @@ def _block(job: Job, number: int, patience: Patience) -> Block:
 
 def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:
     """Solve a payout table with at most `drops` drops from each aim."""
-    return solve_payouts(board, returned=returned, risk=risk, drops=drops, threads=1).to_dict()
+    return solve_payouts(
+        board, returned=returned, risk=risk, drops=drops, workers=Here(1)
+    ).to_dict()
 
 
 # The first picture imports Pillow where the fork server has not done so.

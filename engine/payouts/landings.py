@@ -1,38 +1,38 @@
 """Counts in which bins the drops of consecutive seeds land, from each aim."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
+import msgspec
 import numpy as np
 
 from plinko.engine.batches.block import block_of
-from plinko.engine.batches.job import Job, listed, wanted, whole
+from plinko.engine.batches.job import Job
 from plinko.engine.batches.workers import Here, Workers
 from plinko.engine.board.model import Board
-from plinko.engine.errors import ParameterError, RecordError, shorten
+from plinko.engine.errors import ParameterError
 from plinko.engine.parameters import Exact
 from plinko.engine.physics.array_types import Floats
-
-MOST_DROPS: Final = 1 << 53
-"""Most drops that are counted: a share of them is still an exact quotient of float64."""
 
 STEPS: Final = 4
 """Number of aims that are counted to each side, if a player may aim anywhere in an interval."""
 
 
-@dataclass(frozen=True, slots=True)
-class Landings:
+Count = Annotated[int, msgspec.Meta(ge=0, le=1 << 53)]
+"""A number of drops, of which a share is still an exact quotient of float64."""
+
+
+class Landings(msgspec.Struct, frozen=True, rename={"unsettled_count": "unsettled"}):
     """How many drops of the seeds `first`, `first` + 1, … landed in each bin, and how many in none.
 
     aim: the middle of the starts that seeds drew, m; None for the board's own.
     """
 
     aim: float | None
-    histogram: tuple[int, ...]
-    unsettled_count: int
-    first: int = 0
+    histogram: tuple[Count, ...]
+    unsettled_count: Count
+    first: Count = 0
 
     @property
     def drops(self) -> int:
@@ -50,7 +50,7 @@ class Landings:
         return np.array(self.histogram, np.float64) / max(self.drops, 1)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON form, which `landings_of` reads."""
+        """The JSON form."""
         return {
             "aim": self.aim,
             "first": self.first,
@@ -138,17 +138,3 @@ def none_yet(board: Board) -> tuple[Landings, ...]:
 def none_after(found: Landings) -> Landings:
     """Empty landings for the seeds after `found`."""
     return Landings(found.aim, (0,) * len(found.histogram), 0, found.next_seed)
-
-
-def landings_of(form: Any) -> Landings:
-    """Read the landings of an aim from their JSON form; RecordError if it is malformed."""
-    if not isinstance(form, Mapping):
-        raise RecordError(f"{shorten(form)} is not the landings of an aim")
-    aim = wanted(form, "aim")
-    if aim is not None and (isinstance(aim, bool) or not isinstance(aim, int | float)):
-        raise RecordError(f"aim is {shorten(aim)}: it must be a number or null", field="aim")
-    histogram = (whole(each, "histogram", MOST_DROPS) for each in listed(form, "histogram"))
-    unsettled, first = (
-        whole(wanted(form, name), name, MOST_DROPS) for name in ("unsettled", "first")
-    )
-    return Landings(aim, tuple(histogram), unsettled, first)

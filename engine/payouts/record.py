@@ -6,21 +6,21 @@ the stated return of a preset comes only from drops of later seeds.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, reduce
 from importlib.resources import files
 from itertools import chain
-from typing import Any, Final
+from typing import Final
+
+import msgspec
 
 from plinko.engine import json_text
-from plinko.engine.batches.job import listed, whole
-from plinko.engine.batches.job import wanted as wanted_field
 from plinko.engine.batches.workers import Workers
 from plinko.engine.board import presets
 from plinko.engine.board.model import Board
 from plinko.engine.errors import EngineError, RecordError, shorten
 from plinko.engine.payouts import landings
-from plinko.engine.payouts.landings import Landings
+from plinko.engine.payouts.landings import Count, Landings
 from plinko.engine.payouts.odds import Odds, odds_of
 from plinko.engine.payouts.solve import FEWEST, PRECISE, PRECISE_AIM, PRECISE_WORLD, Block, needed
 
@@ -37,8 +37,7 @@ LEAST_WORLD: Final = 400_000
 """The same for a world's preset."""
 
 
-@dataclass(frozen=True, slots=True)
-class Counted:
+class Counted(msgspec.Struct, frozen=True):
     """The landings on one board in consecutive blocks of seeds.
 
     chosen: for each payout variant of the board, the number of blocks, from the first, for which
@@ -46,7 +45,7 @@ class Counted:
     """
 
     blocks: tuple[Block, ...]
-    chosen: Mapping[str, int]
+    chosen: Mapping[str, Count]
 
     def all(self) -> Block:
         return _sum(self.blocks)
@@ -58,7 +57,7 @@ class Counted:
     def grown(self, aim: int, found: Landings) -> "Counted":
         """A copy in which `found` replaces the newest block's landings from the given aim."""
         newest = (*self.blocks[-1][:aim], found, *self.blocks[-1][aim + 1 :])
-        return replace(self, blocks=(*self.blocks[:-1], newest))
+        return msgspec.structs.replace(self, blocks=(*self.blocks[:-1], newest))
 
     def solved_again(self, name: str) -> "Counted":
         """A copy after the table of `name` was solved for all landings until now.
@@ -154,70 +153,44 @@ def to_text(record: Record) -> str:
 
 def from_text(text: str) -> Record:
     """Read the text of the file; RecordError or JsonSyntaxError if it is not a record."""
-    forms = json_text.parse(text)
-    if not isinstance(forms, Mapping):
-        raise RecordError(f"{shorten(forms)} is not a record of drops, which is a JSON object")
-    return {name: _counted_of(name, form) for name, form in forms.items()}
+    try:
+        record = msgspec.convert(json_text.parse(text), Record)
+    except msgspec.ValidationError as error:
+        raise RecordError(f"this is not a record of drops: {error}") from None
+    for name, counted in record.items():
+        _check(name, counted)
+    return record
 
 
-def _counted_of(name: str, form: Any) -> Counted:
+def _check(name: str, counted: Counted) -> None:
+    """Raise RecordError if an entry contradicts its board or itself."""
     if name not in presets.preset_names() or presets.plain_name(name) != name:
         raise RecordError(f"{shorten(name)} is not a preset whose returns are recorded", field=name)
-    if not isinstance(form, Mapping):
-        raise RecordError(f"{name} is {shorten(form)}: it must be an object", field=name)
-    try:
-        blocks = tuple(_block_of(block) for block in listed(form, "blocks"))
-        shapes = {tuple(len(each.histogram) for each in block) for block in blocks}
-        bins = _bin_count(name)
-        if len(shapes) != 1 or {*chain(*shapes)} != {bins}:
+    # A triangle is not laid out: there are dozens, and most are not needed.
+    variant = presets.VARIANTS.get(name)
+    bins = variant.rows + 1 if variant else Board.preset(name).bins.count
+    shapes = {tuple(len(each.histogram) for each in block) for block in counted.blocks}
+    if len(shapes) != 1 or {*chain(*shapes)} != {bins}:
+        raise RecordError(
+            f"{name}: each block must have the same aims with {bins} bins each", field=name
+        )
+    for table, first in counted.chosen.items():
+        if table not in presets.preset_names() or presets.plain_name(table) != name:
             raise RecordError(
-                f"each block must have the same aims with {bins} bins each", field="blocks"
+                f"chosen has {shorten(table)}, which is not a payout table of {name}", field=name
             )
-        counted = Counted(blocks, _chosen_of(name, wanted_field(form, "chosen"), len(blocks)))
+        if first >= len(counted.blocks):
+            raise RecordError(f"{name}: chosen is {first}, but the blocks are fewer", field=name)
+    try:
         counted.all()  # the seeds of each block must follow those of the one before
     except EngineError as error:
         raise RecordError(f"{name}: {error}", field=name) from None
-    return counted
-
-
-def _bin_count(name: str) -> int:
-    """Bins of a preset. A triangle is not laid out: there are dozens, and most are not needed."""
-    variant = presets.VARIANTS.get(name)
-    return variant.rows + 1 if variant else Board.preset(name).bins.count
-
-
-def _block_of(block: Any) -> Block:
-    if not isinstance(block, list):
-        raise RecordError(f"blocks has {shorten(block)}, which is not a list", field="blocks")
-    return tuple(landings.landings_of(each) for each in block)
-
-
-def _chosen_of(name: str, chosen: Any, blocks: int) -> Mapping[str, int]:
-    if not isinstance(chosen, Mapping):
-        raise RecordError(f"chosen is {shorten(chosen)}: it must be an object", field="chosen")
-    for table, first in chosen.items():
-        if table not in presets.preset_names() or presets.plain_name(table) != name:
-            raise RecordError(
-                f"chosen has {shorten(table)}, which is not a payout table of {name}",
-                field="chosen",
-            )
-        whole(first, "chosen", blocks - 1)
-    return chosen
 
 
 @cache
 def shipped() -> Record:
     """The record that this release ships."""
     return from_text(files("plinko.engine.payouts").joinpath(NAME).read_text(encoding="utf-8"))
-
-
-def landings_of_record(name: str) -> Block:
-    """All recorded landings of the preset `name`, the board's own start first, or an empty tuple.
-
-    Payout variants share them, because they move a ball in the same way.
-    """
-    counted = shipped().get(presets.plain_name(name))
-    return counted.all() if counted else ()
 
 
 def odds_of_record(board: Board | str) -> tuple[Odds, ...]:

@@ -152,7 +152,6 @@ def solve_payouts(
     returned: float = 0.99,
     risk: str = "medium",
     drops: int = MOST,
-    threads: int | None = None,
     workers: Workers | None = None,
     progress: Progress | None = None,
 ) -> Payouts:
@@ -162,8 +161,7 @@ def solve_payouts(
     has, until the returns are known precisely enough, or `drops` balls from each aim. Then as many
     balls with later seeds measure the table's return.
 
-    threads: as for `drop_many`. workers: compute elsewhere (`plinko.engine.batches.workers`).
-    progress: called now and then.
+    workers: default is this process. progress: called now and then.
 
     Raises ParameterError for an invalid return or risk, and if no table is within the bounds.
     """
@@ -173,26 +171,19 @@ def solve_payouts(
         raise ParameterError(f"drops is {drops!r}: it must be at least 1", field="drops")
     found = Board.named(board)
 
-    def count(begun: Block, pays_of: Callable[[Block], Pays], report: Progress) -> Block:
-        counting = Counting(found, workers or Here(threads), report)
-        return _until_known(begun, pays_of, drops, counting)
-
-    def report_choosing(done: int, of: int) -> None:
-        if progress is not None:
-            progress(done, 2 * of)  # about as many drops judge the table afterwards
-
     def solved(landings: Block) -> Pays:
         return table_for(found, landings, target, chosen)
 
-    choosing = count(none_yet(found), solved, report_choosing)
-    pays = solved(choosing)
-    first = sum(each.drops for each in choosing)
-
-    def report_judging(done: int, of: int) -> None:
+    def report(first: int, times: int, done: int, of: int) -> None:
         if progress is not None:
-            progress(first + done, first + of)
+            progress(first + done, first + times * of)
 
-    judging = count(tuple(map(none_after, choosing)), lambda _: pays, report_judging)
+    counting = Counting(found, drops, workers or Here())
+    # About as many drops judge the table as choose it.
+    choosing = counting.until_known(none_yet(found), solved, partial(report, 0, 2))
+    pays, first = solved(choosing), sum(each.drops for each in choosing)
+    judges = tuple(map(none_after, choosing))
+    judging = counting.until_known(judges, lambda _: pays, partial(report, first, 1))
     paying = replace(found, bins=replace(found.bins, multipliers=pays))
     odds = tuple(odds_of(each, pays) for each in judging)
     return Payouts(paying, chosen, target, odds, judging, choosing)
@@ -219,44 +210,39 @@ def needed(odds: Odds, precise: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """The arguments of `_count` that stay the same during a solution."""
+    """Counts where the drops of a board land, at most `drops` from each aim."""
 
     board: Board
+    drops: int
     workers: Workers
-    progress: Progress
 
+    def until_known(
+        self, begun: Block, pays_of: Callable[[Block], Pays], progress: Progress
+    ) -> Block:
+        """Add landings until the table's return is known; pays_of: the table for some landings."""
+        landings = begun
+        wanted = [min(FEWEST, self.drops)] * len(landings)
+        while any(each.drops < need for each, need in zip(landings, wanted, strict=True)):
+            landings = self._until(landings, wanted, progress)
+            pays = pays_of(landings)
+            known = [
+                needed(odds_of(each, pays), PRECISE_AIM if k else PRECISE)
+                for k, each in enumerate(landings)
+            ]
+            wanted = [min(self.drops, need) for need in known]
+        return landings
 
-def _until_known(
-    begun: Block, pays_of: Callable[[Block], Pays], drops: int, counting: Counting
-) -> Block:
-    """Add landings, up to `drops` from each aim, until the table's return is known.
-
-    pays_of: gives the table for some landings.
-    """
-    landings = begun
-    wanted = [min(FEWEST, drops)] * len(landings)
-    while any(each.drops < need for each, need in zip(landings, wanted, strict=True)):
-        landings = _count(landings, wanted, counting)
-        pays = pays_of(landings)
-        known = [
-            needed(odds_of(each, pays), PRECISE_AIM if k else PRECISE)
-            for k, each in enumerate(landings)
-        ]
-        wanted = [min(drops, need) for need in known]
-    return landings
-
-
-def _count(landings: Block, wanted: list[int], counting: Counting) -> Block:
-    """Add landings until each aim has at least its `wanted` number of drops."""
-    counted = list(landings)
-    for k, need in enumerate(wanted):
-        if counted[k].drops < need:
-            before = sum(each.drops for each in counted)
-            left = sum(max(n - each.drops, 0) for n, each in zip(wanted, counted, strict=True))
-            report = partial(_report, counting.progress, before, before + left)
-            some = need - counted[k].drops
-            counted[k] = more(counting.board, counted[k], some, counting.workers, report)
-    return tuple(counted)
+    def _until(self, landings: Block, wanted: list[int], progress: Progress) -> Block:
+        """Add landings until each aim has at least its `wanted` number of drops."""
+        counted = list(landings)
+        for k, need in enumerate(wanted):
+            if counted[k].drops < need:
+                before = sum(each.drops for each in counted)
+                left = sum(max(n - each.drops, 0) for n, each in zip(wanted, counted, strict=True))
+                report = partial(_report, progress, before, before + left)
+                some = need - counted[k].drops
+                counted[k] = more(self.board, counted[k], some, self.workers, report)
+        return tuple(counted)
 
 
 def _report(progress: Progress, before: int, of: int, done: int) -> None:

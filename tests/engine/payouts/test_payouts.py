@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from plinko.engine import Board, ParameterError, drop_many, preset_names
+from plinko.engine.batches.workers import Here
 from plinko.engine.board import payouts
 from plinko.engine.board.presets import HOUSE, VARIANTS, payouts_of, plain_name
 from plinko.engine.board.worlds import WORLDS
@@ -25,7 +26,6 @@ from plinko.engine.payouts.record import (
     LEAST,
     LEAST_AIMED,
     LEAST_WORLD,
-    landings_of_record,
     odds_of_record,
     shipped,
 )
@@ -52,7 +52,7 @@ def test_by_recorded_landings_a_preset_returns_what_it_states(name: str) -> None
         assert least <= odds.returned <= most, odds.aim
     assert own.drops >= (LEAST if house else LEAST_WORLD)
     assert all(each.drops >= LEAST_AIMED for each in others)
-    found = landings_of_record(name)
+    found = shipped()[plain_name(name)].all()
     assert tuple(each.aim for each in found) == aims_of(board)
     assert {len(each.histogram) for each in found} == {board.bins.count}
     assert sum(each.unsettled_count for each in found) == 0
@@ -63,7 +63,7 @@ def test_drops_of_other_seeds_land_as_those_of_record_did(name: str) -> None:
     """Pearson's chi-square test of two samples from the board's own start."""
     count = tries(2_000, 1_000_000)
     first = 10**12
-    there = np.array(landings_of_record(name)[0].histogram)
+    there = np.array(shipped()[name].all()[0].histogram)
     here = drop_many(name, range(first, first + count)).histogram
     few = (there + here) * count / there.sum() < 5.0
     pairs = np.array([there[~few], here[~few]])
@@ -166,7 +166,7 @@ def test_a_board_of_one_s_own_gets_a_table_too() -> None:
     board = Board.from_json(form)
     told: list[tuple[int, int]] = []
     found = solve_payouts(
-        board, risk="low", drops=2_000, threads=1, progress=lambda *now: told.append(now)
+        board, risk="low", drops=2_000, workers=Here(1), progress=lambda *now: told.append(now)
     )
     chose = more(board, none_yet(board)[0], 2_000)
     assert odds_of(chose, found.multipliers).returned == pytest.approx(0.99, abs=table.NEAR)
