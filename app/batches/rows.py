@@ -28,7 +28,7 @@ FORMATS: Final = (".parquet", ".csv")
 def rows_and_block(job: Job, number: int, threads: int) -> tuple[Rows, Block]:
     """Compute a block, and a row for each of its drops."""
     batch = batch_of(job, number, threads)
-    return batch.columns(), summed(number, [batch])
+    return batch.columns(), summed(number, batch)
 
 
 class _Format(Protocol):

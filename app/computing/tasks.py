@@ -14,14 +14,22 @@ import numpy.typing as npt
 from plinko.app.computing import prices
 from plinko.app.errors import InvalidValueError
 from plinko.app.rooms.log import verify_log
-from plinko.engine import PHYSICS_VERSION, Board, Drop, DropBatch, drop_many, json_text, verify
+from plinko.engine import (
+    PHYSICS_VERSION,
+    Board,
+    Drop,
+    DropBatch,
+    concat,
+    drop_many,
+    json_text,
+    verify,
+)
 from plinko.engine.batches.block import Block, summed
 from plinko.engine.batches.job import Job
 from plinko.engine.batches.tally import Tally
 from plinko.engine.batches.workers import Here
 from plinko.engine.drops.digest import BLOCK
 from plinko.engine.drops.drop import make_drop
-from plinko.engine.drops.seeds import Search
 from plinko.engine.drops.start import unsigned_zero
 from plinko.engine.errors import shorten
 from plinko.engine.json_text import Json, JsonObject
@@ -232,12 +240,14 @@ def seeds_in(
 
     Raises InvalidValueError if they take longer than `seconds`.
     """
-    search, patience = Search(board, bin_, first, aim, 1), Patience(drops, seconds)
-    found: list[int] = []
+    patience, found, begin = Patience(drops, seconds), [], first
     last = min(first + drops, SEED_LIMIT) - 1
-    while len(found) < count and search.next <= last:
-        found += search.take(min(_CHUNK, last + 1 - search.next))
-        patience(search.next - first)
+    while len(found) < count and begin <= last:
+        seeds = range(begin, min(begin + _CHUNK, last + 1))
+        batch = drop_many(board, seeds, aim=aim, threads=1)
+        found += batch.seed[batch.bin == bin_].tolist()
+        begin = seeds.stop
+        patience(begin - first)
     if len(found) >= count:
         found = found[:count]
         last = found[-1]
@@ -257,7 +267,7 @@ def _block(job: Job, number: int, patience: Patience) -> Block:
         part = seeds[begin : begin + _CHUNK]
         parts.append(drop_many(job.board, part, threads=1, **job.options))
         patience(number * BLOCK + begin + len(part))
-    return summed(number, parts)
+    return summed(number, concat(parts))
 
 
 def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from plinko.engine.board.model import Board
-from plinko.engine.drops.batch import drop_many
-from plinko.engine.drops.seeds import FIRST_BATCH, LARGEST_BATCH, PATIENCE
+from plinko.engine.drops.seeds import PATIENCE, landings
 from plinko.engine.errors import ParameterError, shorten
-from plinko.engine.seeding import SEED_LIMIT, parse_seed
+from plinko.engine.seeding import parse_seed
 
 MAX_WEIGHT: Final = (1 << 53) - 1
 """Largest integer that JavaScript represents exactly."""
@@ -35,36 +34,20 @@ def find_draw(
     weighed = check_weights(board, weights)
     if per_bin < 1:
         raise ParameterError(f"per_bin is {per_bin}: it must be at least 1", field="per_bin")
-    if patience < 1:
-        raise ParameterError(f"patience is {patience}: it must be at least 1", field="patience")
     found: list[list[str]] = [[] for _ in weighed]
     lacking = {bin_ for bin_, weight in enumerate(weighed) if weight}
     begin = 0 if after is None else parse_seed(after) + 1
-    size, since = FIRST_BATCH, begin
-    while lacking:
-        seeds = range(begin, min(begin + size, since + patience, SEED_LIMIT))
-        if not seeds:
-            bins = " or ".join(map(str, sorted(lacking)))
-            if begin == SEED_LIMIT:
-                raise ParameterError(
-                    f"no further seed up to the last one, 2^64 - 1, lands in bin {bins}: begin "
-                    "after a smaller seed",
-                    field="after",
-                )
-            raise ParameterError(
-                f"no seed from {since} to {begin - 1} lands in bin {bins}: give these bins the "
-                "weight 0, or use more patience",
-                field="weights",
-            )
-        batch = drop_many(board, seeds, threads=threads)
-        for seed, bin_ in zip(batch.seed.tolist(), batch.bin.tolist(), strict=True):
-            if bin_ in lacking:
-                found[bin_].append(str(seed))
-                since = seed + 1
-                if len(found[bin_]) == per_bin:
-                    lacking.remove(bin_)
-        begin, size = seeds.stop, min(2 * size, LARGEST_BATCH)
-    return {"weights": list(weighed), "seeds": found}
+    for seed, bin_ in landings(board, lacking, begin, patience=patience, threads=threads):
+        found[bin_].append(str(seed))
+        if len(found[bin_]) == per_bin:
+            lacking.remove(bin_)
+            if not lacking:
+                return {"weights": list(weighed), "seeds": found}
+    raise ParameterError(
+        f"no further seed up to the last one, 2^64 - 1, lands in bin "
+        f"{' or '.join(map(str, sorted(lacking)))}: begin after a smaller seed",
+        field="after",
+    )
 
 
 def check_weights(board: Board, weights: object) -> tuple[int, ...]:

@@ -1,7 +1,9 @@
 """Finds seeds whose balls land in a bin, by trying one after the other: nothing steers a ball."""
 
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
 
 from plinko.engine.board.model import Board
 from plinko.engine.drops.batch import drop_many
@@ -40,10 +42,8 @@ def seeds_landing_in(
     check_bin(board, bin)
     if count is not None and count < 1:
         raise ParameterError(f"count is {count}: it must be at least 1", field="count")
-    if patience < 1:
-        raise ParameterError(f"patience is {patience}: it must be at least 1", field="patience")
     first = 0 if after is None else parse_seed(after) + 1
-    return _found(Search(board, bin, first, aim, threads), count, patience)
+    return _found(board, bin, first, count, {"aim": aim, "patience": patience, "threads": threads})
 
 
 def check_bin(board: Board, number: object) -> None:
@@ -56,46 +56,52 @@ def check_bin(board: Board, number: object) -> None:
         )
 
 
-class Search:
-    """A search for seeds that land in a bin; `next` is the next seed to try."""
-
-    def __init__(
-        self, board: Board, bin_: int, first: int, aim: float | None, threads: int | None
-    ) -> None:
-        self.board = board
-        self.bin = bin_
-        self.next = first
-        self._aim = aim
-        self._threads = threads
-
-    def take(self, most: int) -> list[int]:
-        """Try at most the next `most` seeds; return those that land in the bin."""
-        seeds = range(self.next, min(self.next + most, SEED_LIMIT))
-        batch = drop_many(self.board, seeds, aim=self._aim, threads=self._threads)
-        self.next = seeds.stop
-        return [int(seed) for seed in batch.seed[batch.bin == self.bin]]
-
-
-def _found(search: Search, count: int | None, patience: int) -> Iterator[int]:
-    size, given, since = FIRST_BATCH, 0, search.next
-    first = search.next
-    while search.next < SEED_LIMIT:
-        for seed in search.take(min(size, since + patience - search.next)):
-            yield seed
-            given += 1
-            since = seed + 1
-            if given == count:
-                return
-        if search.next - since >= patience:
-            raise ParameterError(
-                f"bin {search.bin}: none of the {patience:,} seeds from {since} to "
-                f"{search.next - 1} lands in it; use more patience, or another bin",
-                field="bin",
-            )
-        size = min(2 * size, LARGEST_BATCH)
+def _found(
+    board: Board, number: int, first: int, count: int | None, how: dict[str, Any]
+) -> Iterator[int]:
+    given = 0
+    for given, (seed, _) in enumerate(landings(board, {number}, first, **how), 1):
+        yield seed
+        if given == count:
+            return
     if count is not None:
         raise ParameterError(
-            f"bin {search.bin}: only {given} of {count} seeds from {first} on land in it, because "
+            f"bin {number}: only {given} of {count} seeds from {first} on land in it, because "
             "seeds end at 2^64 - 1; begin after a smaller seed",
             field="after",
         )
+
+
+def landings(
+    board: Board,
+    bins: set[int],
+    first: int,
+    *,
+    aim: float | None = None,
+    patience: int = PATIENCE,
+    threads: int | None = None,
+) -> Iterator[tuple[int, int]]:
+    """Yield the seeds from `first` on that land in `bins`, which may change, each with its bin.
+
+    Raises ParameterError if none of `patience` seeds in a row lands there.
+    """
+    if patience < 1:
+        raise ParameterError(f"patience is {patience}: it must be at least 1", field="patience")
+    begin = since = first
+    size = FIRST_BATCH
+    while begin < SEED_LIMIT:
+        seeds = range(begin, min(begin + size, since + patience, SEED_LIMIT))
+        batch = drop_many(board, seeds, aim=aim, threads=threads)
+        for row in np.flatnonzero(np.isin(batch.bin, [*bins])):
+            seed, number = int(batch.seed[row]), int(batch.bin[row])
+            if number in bins:
+                since = seed + 1
+                yield seed, number
+        if seeds.stop - since >= patience:
+            where = " or ".join(map(str, sorted(bins)))
+            raise ParameterError(
+                f"none of the {patience:,} seeds from {since} to {seeds.stop - 1} lands in bin "
+                f"{where}: use more patience, or other bins",
+                field="bin",
+            )
+        begin, size = seeds.stop, min(2 * size, LARGEST_BATCH)

@@ -1,10 +1,40 @@
-"""The events of a world: contacts and landings."""
+"""The events of a world, contacts and landings, and what a solver says of its balls."""
 
 from dataclasses import dataclass
 from math import sqrt
 
+import numpy as np
+import numpy.typing as npt
+
 from plinko.engine.board.model import Board
 from plinko.engine.constants import KIND_PEG
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """How a ball's drop ended: outcome (`plinko.engine.exact.outcome`), bin or -1, t in s, x in m.
+
+    ticks: from the ball's start to the first tick at or after the end; None: that is this tick.
+    """
+
+    outcome: int
+    bin: int
+    t: float
+    x: float
+    digest: str
+    ticks: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """The new events of the ball in `row` of `states` in one step, and its end if it has ended.
+
+    impacts, shape (n,), has dtype `plinko.engine.drops.trajectory.IMPACT`.
+    """
+
+    row: int
+    impacts: npt.NDArray[np.void]
+    end: End | None
 
 
 @dataclass(frozen=True, slots=True)

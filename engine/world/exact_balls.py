@@ -13,13 +13,15 @@ from plinko.engine.exact.sampling import sample
 from plinko.engine.physics import body
 from plinko.engine.physics.array_types import Floats
 from plinko.engine.physics.contact import new_series
-from plinko.engine.world.ball_set import End, Progress
+from plinko.engine.world.events import End, Progress
 
 _PER_BALL = ("_ticks", "_first", "_last", "_event", "_next_time", "states")
 
 
 class ExactBalls:
     """Balls of the exact solver. A step samples their flights, and costs the same for any step.
+
+    states, shape (n, 7): t (s since a ball's own start), x, y, vx, vy, theta, omega of each ball.
 
     `_pool` has the segments of all flights, one after another: those of a ball are rows up to
     `_last` - 1, and `_first` is the current one. `_event` is its next event, at `_next_time`; after
@@ -96,6 +98,7 @@ class ExactBalls:
         return self._flights[row].trajectory
 
     def step(self, ticks: int = 1) -> list[Progress]:
+        """Advance all balls; return the progress of balls with events, by row."""
         self._ticks += ticks
         self._sample(slice(None))
         due = self._next_time <= self._ticks * self._dt

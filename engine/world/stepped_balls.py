@@ -16,11 +16,11 @@ from plinko.engine.parameters import Stepped
 from plinko.engine.physics import body
 from plinko.engine.physics.array_types import Floats
 from plinko.engine.stepped.step import ENDLESS, MAX_HITS, step_many
-from plinko.engine.world.ball_set import End, Progress
+from plinko.engine.world.events import End, Progress
 
 
 class SteppedBalls:
-    """Balls of the stepped solver. Nothing can be computed before its step."""
+    """Balls of the stepped solver, as `ExactBalls`. Nothing can be computed before its step."""
 
     def __init__(self, board: Board, solver: Stepped) -> None:
         self._board = board

@@ -25,11 +25,9 @@ from plinko.engine.parameters import (
 )
 from plinko.engine.physics import body
 from plinko.engine.seeding import parse_seed
-from plinko.engine.world.ball_set import BallSet, End, Progress
-from plinko.engine.world.events import Contact, Event, Landing, approach_speed
+from plinko.engine.world.events import Contact, End, Event, Landing, Progress, approach_speed
 from plinko.engine.world.exact_balls import ExactBalls
 from plinko.engine.world.stepped_balls import SteppedBalls
-from plinko.engine.world.totals import Energy, Momentum, energy_of, momentum_of
 
 BODY = np.dtype(
     [("id", "<i4")]
@@ -56,6 +54,29 @@ class Ball:
     seed: int | None
     x: float
     tick: int
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """Energies of all live balls in J; the potential energy is zero at y = 0."""
+
+    kinetic: float
+    rotational: float
+    potential: float
+
+    @property
+    def total(self) -> float:
+        """Sum of the three."""
+        return self.kinetic + self.rotational + self.potential
+
+
+@dataclass(frozen=True, slots=True)
+class Momentum:
+    """Momentum of all live balls in kg m/s, and angular momentum about the origin in kg m^2/s."""
+
+    x: float
+    y: float
+    angular: float
 
 
 class World:
@@ -88,7 +109,7 @@ class World:
         self._events: list[Event] = []
         self._ball_set = self._new_ball_set()
 
-    def _new_ball_set(self) -> BallSet:
+    def _new_ball_set(self) -> ExactBalls | SteppedBalls:
         if isinstance(self.solver, Stepped):
             return SteppedBalls(self.board, self.solver)
         return ExactBalls(self.board, self.dt)
@@ -302,11 +323,23 @@ class World:
 
     def energy(self) -> Energy:
         """Energy of all live balls."""
-        return energy_of(self.board, self._ball_set.states)
+        ball, states = self.board.ball, self._ball_set.states
+        speed2 = float((states[:, body.VX] ** 2 + states[:, body.VY] ** 2).sum())
+        return Energy(
+            kinetic=0.5 * ball.mass * speed2,
+            rotational=0.5 * ball.inertia * float((states[:, body.OMEGA] ** 2).sum()),
+            potential=-ball.mass * self.board.gravity * float(states[:, body.Y].sum()),
+        )
 
     def momentum(self) -> Momentum:
         """Momentum of all live balls."""
-        return momentum_of(self.board.ball, self._ball_set.states)
+        ball, states = self.board.ball, self._ball_set.states
+        turning = states[:, body.X] * states[:, body.VY] - states[:, body.Y] * states[:, body.VX]
+        return Momentum(
+            x=ball.mass * float(states[:, body.VX].sum()),
+            y=ball.mass * float(states[:, body.VY].sum()),
+            angular=float(ball.mass * turning.sum() + ball.inertia * states[:, body.OMEGA].sum()),
+        )
 
     def snapshot(self) -> bytes:
         """Everything that `restore` needs to continue bit for bit, except events not yet taken.
