@@ -45,6 +45,7 @@ GROUPS = {
 INTERNAL = {
     "Board": {"of", "kept", "is_kept"},
     "Certificate": {"event_rows"},
+    "Drop": {"ticks"},
     "World": {"add_at", "add_flight", "advance_to", "balls", "events_kept", "next_id", "skip_ids"},
     "Arena": {"apply", "from_snapshot", "nbytes", "remove_many", "take_landings"},
     "ArenaSettings": {"changed", "for_solver"},

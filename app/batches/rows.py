@@ -108,7 +108,6 @@ class RowWriter:
         return self
 
     def write(self, rows: Rows) -> None:
-        """Append the drops of a block."""
         with naming(self._path):
             self._format.write(rows)
         self._has_rows = True

@@ -48,7 +48,6 @@ def garbage_waits() -> Iterator[None]:
 
 
 def board_argument(command: Command) -> Command:
-    """Add the BOARD argument, passed as the string `board`."""
     return click.argument("board")(command)
 
 
@@ -137,7 +136,6 @@ def cluster_option(command: Command) -> Command:
 
 
 def workers_options(command: Command) -> Command:
-    """Add --threads and --cluster."""
     return threads_option(cluster_option(command))
 
 

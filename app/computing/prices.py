@@ -87,7 +87,6 @@ def fall_time(board: Board) -> float:
 
 
 def substeps_of(board: Board, solver: Stepped) -> float:
-    """Estimate the substeps of a stepped drop."""
     return _BOUNCES * fall_time(board) / solver.h
 
 
@@ -149,7 +148,6 @@ def check(surfaces: int) -> Price:
 
 
 def json(size: int) -> Price:
-    """Parse a body of `size` bytes as strict JSON."""
     return Price("bytes", float(size), math.inf, _ONCE + _BYTE * size, "body", quick=True)
 
 

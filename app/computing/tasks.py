@@ -5,7 +5,7 @@ block the event loop.
 """
 
 import time
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -27,7 +27,6 @@ from plinko.engine import (
 from plinko.engine.batches.block import Block, summed
 from plinko.engine.batches.job import Job
 from plinko.engine.batches.tally import Tally
-from plinko.engine.batches.workers import Here
 from plinko.engine.drops.digest import BLOCK
 from plinko.engine.drops.drop import make_drop
 from plinko.engine.drops.start import unsigned_zero
@@ -37,11 +36,17 @@ from plinko.engine.parameters import Exact, Solver, Stepped
 from plinko.engine.payouts.solve import solve_payouts
 from plinko.engine.seeding import SEED_LIMIT
 
+if TYPE_CHECKING:
+    from plinko.engine.certified.certify import Effort
+
 MAX_SECONDS: Final = 9.0
 """CPU seconds for many drops. The error at this limit says how many were done; any other job runs
 until `pool.DEADLINE`."""
 
 MAX_FRAMES: Final = 100_000  # rows of one reply, about 10 MB of JSON
+
+PROOF_SECONDS: Final = 8.0
+"""CPU seconds for all proofs of a job; the rest stays undecided. Well below `pool.DEADLINE`."""
 
 _CHUNK: Final = 100  # drops between two checks of the time: a few ms on any preset
 
@@ -88,7 +93,6 @@ class Many(NamedTuple):
 
 
 def frame_count(ask: Ask, fmt: str, fps: int) -> int:
-    """The number of frames of a drop's animation."""
     from plinko.app.render.animation import frame_count  # noqa: PLC0415
 
     return frame_count(ask.drop(), fmt, fps)
@@ -98,6 +102,23 @@ def record(ask: Ask, certainty: bool) -> tuple[str, bytes]:
     """A drop's digest, and its record as JSON."""
     found = ask.drop().to_dict(certainty=certainty)
     return found["digest"], msgspec.json.encode(found)
+
+
+def proof_effort() -> "Effort":
+    """The limit of one proof, common to server and command line, so that their answers agree."""
+    from plinko.engine.certified.certify import Effort  # noqa: PLC0415 - may not be installed
+
+    return Effort(seconds=PROOF_SECONDS, clock=time.process_time)
+
+
+def proof(ask: Ask, certainty: bool) -> tuple[str, bytes]:
+    """A drop's digest, and its record with a certificate, which proves as much as possible."""
+    from plinko.engine.certified.certify import certify  # noqa: PLC0415
+
+    found = certify(ask.board, ask.seed, x=ask.x, aim=ask.aim, effort=proof_effort())
+    certificate = found.to_dict() | {"events": found.event_rows()}
+    record = ask.drop().to_dict(certainty=certainty)
+    return record["digest"], msgspec.json.encode(record | {"certificate": certificate})
 
 
 def verdict(claimed: dict[str, object]) -> bytes:
@@ -202,26 +223,23 @@ def _before(done: Drop) -> npt.NDArray[np.void]:
 class Patience:
     """Called with the number of drops done; raises InvalidValueError after too many CPU seconds."""
 
-    def __init__(self, drops: int, seconds: float) -> None:
+    def __init__(self, drops: int) -> None:
         self._drops = drops
-        self._seconds = seconds
         self._started = time.process_time()
 
     def __call__(self, done: int) -> None:
-        if done < self._drops and time.process_time() - self._started > self._seconds:
+        if done < self._drops and time.process_time() - self._started > MAX_SECONDS:
             raise InvalidValueError(
                 f"drops {self._drops} take too long on this board: {done} were done after "
-                f"{self._seconds:g} s; use the command line, which has no limit",
+                f"{MAX_SECONDS:g} s; use the command line, which has no limit",
                 field="drops",
             )
 
 
-def tally(
-    board: Board, first: int, drops: int, solver: Solver, seconds: float = MAX_SECONDS
-) -> JsonObject:
-    """The summary of many drops; raises InvalidValueError if they take longer than `seconds`."""
+def tally(board: Board, first: int, drops: int, solver: Solver) -> JsonObject:
+    """The summary of many drops; raises InvalidValueError if they take longer than MAX_SECONDS."""
     found = Tally(Job(board, solver, first, drops))
-    patience = Patience(drops, seconds)
+    patience = Patience(drops)
     for number in range(found.job.blocks):
         found.add(_block(found.job, number, patience))
     return found.summary()
@@ -234,13 +252,12 @@ def seeds_in(
     count: int,
     drops: int,
     aim: float | None,
-    seconds: float = MAX_SECONDS,
 ) -> JsonObject:
     """Find the next `count` seeds from `first` on that land in a bin, with at most `drops` drops.
 
-    Raises InvalidValueError if they take longer than `seconds`.
+    Raises InvalidValueError if they take longer than MAX_SECONDS.
     """
-    patience, found, begin = Patience(drops, seconds), [], first
+    patience, found, begin = Patience(drops), [], first
     last = min(first + drops, SEED_LIMIT) - 1
     while len(found) < count and begin <= last:
         seeds = range(begin, min(begin + _CHUNK, last + 1))
@@ -272,9 +289,7 @@ def _block(job: Job, number: int, patience: Patience) -> Block:
 
 def payouts(board: Board, returned: float, risk: str, drops: int) -> JsonObject:
     """Solve a payout table with at most `drops` drops from each aim."""
-    return solve_payouts(
-        board, returned=returned, risk=risk, drops=drops, workers=Here(1)
-    ).to_dict()
+    return solve_payouts(board, returned=returned, risk=risk, drops=drops, threads=1).to_dict()
 
 
 # The first picture imports Pillow where the fork server has not done so.
@@ -288,22 +303,20 @@ def still(ask: Ask, fmt: Json, width: int, theme: Json, at: float | None) -> byt
 
 
 def animation(ask: Ask, fmt: Json, width: int, fps: int, theme: Json) -> bytes:
-    """Draw a drop as an animation."""
     from plinko.app.render import drop_animation  # noqa: PLC0415
 
     return drop_animation(ask.drop(), fmt, width, fps, theme)
 
 
-def density(many: Many, fmt: Json, width: int, theme: Json, seconds: float = MAX_SECONDS) -> bytes:
+def density(many: Many, fmt: Json, width: int, theme: Json) -> bytes:
     """Draw where the balls of many drops spend their time."""
     from plinko.app.render import density_picture  # noqa: PLC0415
 
-    patience = Patience(many.drops, seconds)
+    patience = Patience(many.drops)
     return density_picture(many.board, many.seeds, fmt, width, theme, 1, patience)
 
 
 def histogram(many: Many, fmt: Json, width: int, theme: Json) -> bytes:
-    """Draw how many balls land in each bin."""
     from plinko.app.render import histogram_picture  # noqa: PLC0415
 
     found = tally(many.board, many.first, many.drops, Exact())
@@ -311,16 +324,8 @@ def histogram(many: Many, fmt: Json, width: int, theme: Json) -> bytes:
     return histogram_picture(many.board, landed, fmt, width, theme, unsettled)
 
 
-def sheet(
-    many: Many,
-    fmt: Json,
-    width: int,
-    theme: Json,
-    columns: int | None,
-    seconds: float = MAX_SECONDS,
-) -> bytes:
-    """Draw the paths of many drops side by side."""
+def sheet(many: Many, fmt: Json, width: int, theme: Json, columns: int | None) -> bytes:
     from plinko.app.render import contact_sheet  # noqa: PLC0415
 
-    patience = Patience(many.drops, seconds)
+    patience = Patience(many.drops)
     return contact_sheet(many.board, many.seeds, fmt, width, theme, columns, patience)

@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 from plinko.app.errors import InvalidValueError
 from plinko.app.render.parts import balls
-from plinko.app.render.parts.board import board_canvas
+from plinko.app.render.parts.board import board_pixels
 from plinko.app.render.parts.caption import paint_caption
 from plinko.app.render.parts.view import View, lay_out
 from plinko.app.render.raster import gif, png, webp
+from plinko.app.render.raster.canvas import Canvas
 from plinko.app.render.raster.mp4 import mp4
 from plinko.app.render.raster.palette import UNCHANGED, Palette
 from plinko.app.render.still import DEFAULT_WIDTH, drop_pixels
@@ -85,7 +86,7 @@ class Film:
         self._drop = d
         self.fps = fps
         self._view = lay_out(d.board, width)
-        board = board_canvas(d.board, self._view, theme)
+        board = Canvas(board_pixels(d.board, self._view, theme).astype(np.float32))
         paint_caption(board, d, self._view, named(theme), falling=0.0)
         self._board = board.bytes()
         del board  # its floats take four times the memory, and the result needs as much again

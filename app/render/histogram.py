@@ -101,7 +101,6 @@ class _Chart:
         return canvas.bytes()
 
     def _column(self, number: int) -> tuple[float, float]:
-        """Left and right of a column, px."""
         left, right = self.edges[number : number + 2].tolist()
         gap = max(1.0, min(3.0 * self.view.unit, 0.06 * (right - left)))
         return left + gap, right - gap

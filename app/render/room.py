@@ -108,7 +108,6 @@ class Layer:
         return encode.live_png(pixels, self._palette)
 
     def _write(self, facts: tuple[str, ...]) -> None:
-        """Write title and facts into the layer's strip."""
         rows = math.ceil(self.view.header)
         strip = Canvas(self._bare[:rows].astype(np.float32))
         theme = named(self.theme)

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final
 
 from plinko.engine.artifact.sample_calls import SAMPLE_CALLS
@@ -25,14 +24,14 @@ _UNCHANGED: Final = {**os.environ, "NUMBA_OPT": "0"}
 FOLDER: Final = Path(__file__).parent
 PAGE: Final = FOLDER.parents[1] / "static" / "js" / "solver" / "kernels.wasm"
 
-PAGES: Final[Mapping[str, Path]] = MappingProxyType(
-    {"exact": PAGE, "touching": PAGE.parent / "touching" / "touching.wasm"}
-)
+PAGES: Final[Mapping[str, Path]] = {
+    "exact": PAGE,
+    "touching": PAGE.parent / "touching" / "touching.wasm",
+}
 """The artifacts that pages load unchanged, and their files there."""
 
 
 def made(name: str) -> bytes:
-    """Compile an artifact of SAMPLE_CALLS."""
     return made_by(
         f"from plinko.engine.artifact import record_types; made = record_types.compiled({name!r})"
     )

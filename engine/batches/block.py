@@ -41,7 +41,6 @@ def block_of(job: Job, number: int, threads: int) -> Block:
 
 
 def summed(number: int, batch: DropBatch) -> Block:
-    """Sum up the drops of a block."""
     return Block(
         number=number,
         histogram=tuple(batch.histogram.tolist()),

@@ -52,7 +52,6 @@ class BlockHashes:
 
     @property
     def hashes(self) -> list[bytes]:
-        """All hashes, in the order of their blocks."""
         return [self._nodes[node] for node in self._in_order()]
 
     @property

@@ -77,11 +77,6 @@ class Tally:
         """The blocks that were added."""
         return self._hashes.runs
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether all blocks of the job were added."""
-        return self._hashes.count == self.job.blocks
-
     def missing(self, begin: int = 0, end: int | None = None) -> Iterator[int]:
         """Yield the numbers of missing blocks in order; each is checked when it is yielded."""
         last = self.job.blocks if end is None else end

@@ -5,7 +5,6 @@ a copy, static/js/solver/input/form.js, which `make readme` writes.
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from plinko.engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH
@@ -77,60 +76,57 @@ def _surface(of: BallSpec | Material) -> tuple[Field, Field]:
     )
 
 
-FORM: Final[Mapping[str, tuple[Field, ...]]] = MappingProxyType(
-    {
-        "board": (
-            _other("name", MAX_NAME),
-            _SIZE._replace(default=DEFAULT_WIDTH),
-            _SIZE._replace(name="height", default=DEFAULT_HEIGHT),
-            Field(
-                "gravity", 1e-6, 1e4, "m/s^2", EARTH_GRAVITY, "In m/s^2, down.",
-                why=", pointing down, or no ball would ever reach a bin",
-            ),
-            Field("drag", 0.0, MAX_DRAG, "1/s", 0.0, "Linear drag of the air, in 1/s."),
-            _other("ball"),
-            _other("pegs", 20_000),
-            _other("peg_material"),
-            _other("walls", 2_000),
-            _other("wall_material"),
-            _other("bins"),
-            _other("drop"),
+FORM: Final[Mapping[str, tuple[Field, ...]]] = {
+    "board": (
+        _other("name", MAX_NAME),
+        _SIZE._replace(default=DEFAULT_WIDTH),
+        _SIZE._replace(name="height", default=DEFAULT_HEIGHT),
+        Field(
+            "gravity", 1e-6, 1e4, "m/s^2", EARTH_GRAVITY, "In m/s^2, down.",
+            why=", pointing down, or no ball would ever reach a bin",
         ),
-        "ball": (
-            _RADIUS._replace(default=_BALL.radius),
-            Field("density", 1e-9, 1e9, "kg/m^2", _BALL.density, "In kg/m^2."),
-            *_surface(_BALL),
+        Field("drag", 0.0, MAX_DRAG, "1/s", 0.0, "Linear drag of the air, in 1/s."),
+        _other("ball"),
+        _other("pegs", 20_000),
+        _other("peg_material"),
+        _other("walls", 2_000),
+        _other("wall_material"),
+        _other("bins"),
+        _other("drop"),
+    ),
+    "ball": (
+        _RADIUS._replace(default=_BALL.radius),
+        Field("density", 1e-9, 1e9, "kg/m^2", _BALL.density, "In kg/m^2."),
+        *_surface(_BALL),
+    ),
+    "peg": (Field("x"), Field("y"), _RADIUS),
+    "wall": (Field("x1"), Field("y1"), Field("x2"), Field("y2")),
+    "material": _surface(Material()),
+    "bins": (
+        Field("y"),
+        Field("edges", most=MAX_BINS + 1),
+        Field("multipliers", 0.0, 1e9, "", most=MAX_BINS),
+        _other("labels", MAX_BINS),
+    ),
+    "label": (_other("text", MAX_LABEL), _other("colour")),
+    "drop": (
+        Field("x", default=0.0),
+        Field("y", default=0.0),
+        _LENGTH._replace(default=0.0, text="The offset is from -jitter to jitter, m."),
+        Field("slots", text="If given, the only places to aim at, m.", most=1_000),
+        _LENGTH._replace(
+            name="reach", default=0.0,
+            text="How far from `x` a ball may start, m, if that is more than `jitter`.",
         ),
-        "peg": (Field("x"), Field("y"), _RADIUS),
-        "wall": (Field("x1"), Field("y1"), Field("x2"), Field("y2")),
-        "material": _surface(Material()),
-        "bins": (
-            Field("y"),
-            Field("edges", most=MAX_BINS + 1),
-            Field("multipliers", 0.0, 1e9, "", most=MAX_BINS),
-            _other("labels", MAX_BINS),
+        _LENGTH._replace(
+            name="aim", default=0.0, text="How far from `x` a player may aim, m."
         ),
-        "label": (_other("text", MAX_LABEL), _other("colour")),
-        "drop": (
-            Field("x", default=0.0),
-            Field("y", default=0.0),
-            _LENGTH._replace(default=0.0, text="The offset is from -jitter to jitter, m."),
-            Field("slots", text="If given, the only places to aim at, m.", most=1_000),
-            _LENGTH._replace(
-                name="reach", default=0.0,
-                text="How far from `x` a ball may start, m, if that is more than `jitter`.",
-            ),
-            _LENGTH._replace(
-                name="aim", default=0.0, text="How far from `x` a player may aim, m."
-            ),
-        ),
-    }
-)  # fmt: skip
+    ),
+}  # fmt: skip
 """The fields of a board and of its parts by their names, in the order of its digest."""
 
 
 def names(part: str) -> tuple[str, ...]:
-    """The names of a part's fields."""
     return tuple(field.name for field in FORM[part])
 
 

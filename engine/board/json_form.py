@@ -225,7 +225,6 @@ def to_dict(board: BoardFields) -> dict[str, Any]:
 
 
 def material_dict(material: Material) -> dict[str, float]:
-    """Return the JSON form of a material."""
     return {"restitution": material.restitution, "friction": material.friction}
 
 

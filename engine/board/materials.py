@@ -1,8 +1,8 @@
 """Materials of balls, pegs and walls: restitution, friction, and how a contact combines two."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
 
@@ -54,5 +54,5 @@ RESTITUTION: Final = (
 )
 """Measured ranges for head-on impacts; the first row is the possible range."""
 
-GRAVITY: Final = MappingProxyType({"Earth": 9.81, "Moon": 1.62, "Mars": 3.72, "Jupiter": 24.79})
+GRAVITY: Final[Mapping[str, float]] = {"Earth": 9.81, "Moon": 1.62, "Mars": 3.72, "Jupiter": 24.79}
 """m/s^2 at the surface; for Jupiter, at the top of its clouds."""

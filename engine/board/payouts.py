@@ -11,7 +11,6 @@ milliseconds. A test checks every preset, and that the file has exactly their di
 import json
 from collections.abc import Mapping
 from importlib.resources import files
-from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
 
 Risk = Literal["low", "medium", "high"]
@@ -34,10 +33,10 @@ def _read() -> dict[str, Table]:
     return {name: Table(digest, tuple(half)) for name, (digest, half) in json.loads(text).items()}
 
 
-TABLES: Final[Mapping[str, Table]] = MappingProxyType(_read())
+TABLES: Final[Mapping[str, Table]] = _read()
 """By the name of their preset."""
 
-NAMES: Final = MappingProxyType({table.digest: name for name, table in TABLES.items()})
+NAMES: Final[Mapping[str, str]] = {table.digest: name for name, table in TABLES.items()}
 """The name of each preset, by the digest of its board."""
 
 

@@ -6,7 +6,6 @@ Each left half mirrors the right half exactly, so a mirrored start lands in the 
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from plinko.engine.board import payouts
@@ -48,9 +47,7 @@ TUNING: Final = {
 }
 """Physics of the house table's presets; `calibrate` chose that of the triangles."""
 
-AIM: Final[Mapping[str, float]] = MappingProxyType(
-    {"triangle-9": 0.07, "triangle-16": 0.03, "classic": 4.0}
-)
+AIM: Final[Mapping[str, float]] = {"triangle-9": 0.07, "triangle-16": 0.03, "classic": 4.0}
 """How far from the middle a player may aim on a preset and its payout variants, in peg spacings.
 
 Within this distance all their payout tables return 95 % to 99.2 % from each aim. On every other
@@ -96,7 +93,7 @@ _VARIANTS: Final = tuple(
     for risk in payouts.RISKS
 )
 
-VARIANTS: Final[Mapping[str, Variant]] = MappingProxyType({each.name: each for each in _VARIANTS})
+VARIANTS: Final[Mapping[str, Variant]] = {each.name: each for each in _VARIANTS}
 """Every triangle by its name."""
 
 

@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from numbers import Real
-from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
 from plinko.engine import plain_text
@@ -201,21 +200,19 @@ def _numbers(value: Any, field: str, kind: Field) -> tuple[float, ...]:
     )
 
 
-CHECKS: Final[Mapping[str, Callable[[Any], Any]]] = MappingProxyType(
-    {
-        "name": name,
-        **{
-            each.name: partial(number, field=each.name, kind=each)
-            for each in FORM["board"]
-            if each.default is not None
-        },
-        "ball": ball,
-        "pegs": pegs,
-        "peg_material": partial(material, field="peg_material"),
-        "walls": walls,
-        "wall_material": partial(material, field="wall_material"),
-        "bins": bins,
-        "drop": drop_zone,
-    }
-)
+CHECKS: Final[Mapping[str, Callable[[Any], Any]]] = {
+    "name": name,
+    **{
+        each.name: partial(number, field=each.name, kind=each)
+        for each in FORM["board"]
+        if each.default is not None
+    },
+    "ball": ball,
+    "pegs": pegs,
+    "peg_material": partial(material, field="peg_material"),
+    "walls": walls,
+    "wall_material": partial(material, field="wall_material"),
+    "bins": bins,
+    "drop": drop_zone,
+}
 """The check of each field of a board, in the order in which errors list their faults."""

@@ -5,7 +5,7 @@ proportional to the air's density, so there is none on the Moon. Glass, steel an
 on the house table, with pegs of the same material. A board's size is chosen for the time of a fall.
 """
 
-from types import MappingProxyType
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from plinko.engine.board.materials import GRAVITY
@@ -30,15 +30,13 @@ class World(NamedTuple):
     size: float = 1.0
 
 
-WORLDS: Final = MappingProxyType(
-    {
-        "earth": World(GRAVITY["Earth"], 2.5, 0.7, 0.2, ball=0.2, size=0.8),
-        "moon": World(GRAVITY["Moon"], 0.0, 0.7, 0.3, ball=0.18, size=0.3),
-        "mars": World(GRAVITY["Mars"], 0.04, 0.75, 0.5, ball=0.2, peg=0.14, size=0.45),
-        "jupiter": World(GRAVITY["Jupiter"], 4.0, 0.75, 0.3, ball=0.2),
-        "glass": World(TABLE_GRAVITY, 3.0, 0.95, 0.05),
-        "steel": World(TABLE_GRAVITY, 3.0, 0.875, 0.1),
-        "rubber": World(TABLE_GRAVITY, 3.0, 0.8, 0.9),
-    }
-)
+WORLDS: Final[Mapping[str, World]] = {
+    "earth": World(GRAVITY["Earth"], 2.5, 0.7, 0.2, ball=0.2, size=0.8),
+    "moon": World(GRAVITY["Moon"], 0.0, 0.7, 0.3, ball=0.18, size=0.3),
+    "mars": World(GRAVITY["Mars"], 0.04, 0.75, 0.5, ball=0.2, peg=0.14, size=0.45),
+    "jupiter": World(GRAVITY["Jupiter"], 4.0, 0.75, 0.3, ball=0.2),
+    "glass": World(TABLE_GRAVITY, 3.0, 0.95, 0.05),
+    "steel": World(TABLE_GRAVITY, 3.0, 0.875, 0.1),
+    "rubber": World(TABLE_GRAVITY, 3.0, 0.8, 0.9),
+}
 """By the first part of their presets' names."""

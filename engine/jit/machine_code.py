@@ -145,7 +145,6 @@ class Module:
             return self.new_machine()
 
     def give(self, machine: "Machine") -> None:
-        """Return a machine for other calls."""
         self._idle.append(machine)
 
     def new_machine(self) -> "Machine":
@@ -157,7 +156,6 @@ class Module:
         return machine
 
     def close(self) -> None:
-        """Release wasmtime's objects."""
         self._idle.clear()
         self._compiled = None
         for machine in self._machines:
@@ -327,7 +325,6 @@ class Machine:
         return memory
 
     def close(self) -> None:
-        """Release wasmtime's objects."""
         self._exports = self._memory = self._store = None
 
     def _place(self, entry: Entry, args: Sequence[Any], *, keeps_board: bool = True) -> list[_Copy]:
@@ -391,7 +388,6 @@ def _placed(
 
 
 def _results(kinds: Sequence[str], memory: memoryview, at: int) -> list[Any]:
-    """Read a kernel's results from the address `at`."""
     found: list[Any] = []
     for kind in kinds:
         if dimensions(kind):

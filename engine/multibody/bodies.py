@@ -264,7 +264,6 @@ class BallTable:
         return sum(array.nbytes for array in (*self.bodies, *self.pairs))
 
     def copy(self) -> "BallTable":
-        """A copy that shares no arrays with this table."""
         other = BallTable()
         other.n, other.is_listed = self.n, self.is_listed
         bodies, pairs = self.bodies._asdict(), self.pairs._asdict()

@@ -116,7 +116,6 @@ class EventQueue:
         return sorted(ends, key=lambda event: (event.t, event.ball))
 
     def copy(self) -> "EventQueue":
-        """An independent queue with the same events."""
         other = EventQueue()
         other.lost, other._touches, other._ends = self.lost, self._touches[:], self._ends[:]
         return other

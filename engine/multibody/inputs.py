@@ -4,7 +4,6 @@ Only their names and types; the arena's methods check the ranges.
 """
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
 import msgspec
@@ -18,7 +17,7 @@ NUMBERS: Final[Any] = list[float] | float
 Types = Mapping[str, Any]
 """The type of each argument by its name."""
 
-NONE: Final[Types] = MappingProxyType({})
+NONE: Final[Types] = {}
 
 
 class Operation(NamedTuple):

@@ -5,7 +5,6 @@ A seed (SplitMix64) decides where the balls begin; nothing is random afterwards.
 
 from collections.abc import Mapping
 from math import floor, sqrt
-from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -21,12 +20,12 @@ from plinko.engine.multibody.static_geometry import StaticGeometry
 from plinko.engine.parameters import number
 from plinko.engine.seeding import splitmix64
 
-GRAVITY_PRESETS: Final[Mapping[str, float]] = MappingProxyType({**GRAVITY, "none": 0.0})
+GRAVITY_PRESETS: Final[Mapping[str, float]] = {**GRAVITY, "none": 0.0}
 """Gravity in m/s^2."""
 
-RESTITUTION_PRESETS: Final[Mapping[str, float]] = MappingProxyType(
-    {row.name: 0.5 * (row.low + row.high) for row in RESTITUTION}
-)
+RESTITUTION_PRESETS: Final[Mapping[str, float]] = {
+    row.name: 0.5 * (row.low + row.high) for row in RESTITUTION
+}
 """The middle of each measured range of restitution, by its name."""
 
 MAX_SCENE_BALLS: Final = 20_000

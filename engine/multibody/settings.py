@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf, sqrt
-from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from plinko.engine.errors import ParameterError, shorten
@@ -19,19 +18,17 @@ from plinko.engine.parameters import (
 SLEEP_SECONDS = 0.5
 """How long an island must be still before it falls asleep."""
 
-_RANGES: Final[Mapping[str, tuple[float, float]]] = MappingProxyType(
-    {
-        "gravity": (-1e6, 1e6),
-        "gravity_x": (-1e6, 1e6),
-        "drag": (0.0, 1e6),
-        "damping": (0.9, 1.0),
-        "rolling": (0.0, 1.0),
-        "correction": (0.4, 0.8),
-        "dt": (1e-6, 0.1),
-        "max_speed": (1e-9, 1e9),
-        "cell": (1e-3, 1e6),
-    }
-)
+_RANGES: Final[Mapping[str, tuple[float, float]]] = {
+    "gravity": (-1e6, 1e6),
+    "gravity_x": (-1e6, 1e6),
+    "drag": (0.0, 1e6),
+    "damping": (0.9, 1.0),
+    "rolling": (0.0, 1.0),
+    "correction": (0.4, 0.8),
+    "dt": (1e-6, 0.1),
+    "max_speed": (1e-9, 1e9),
+    "cell": (1e-3, 1e6),
+}
 _OPTIONAL: Final = frozenset({"max_speed", "cell"})
 
 

@@ -44,7 +44,6 @@ class Listed:
 
 @cache
 def listed(name: str) -> Listed:
-    """The row of the preset `name`."""
     variant = VARIANTS.get(name)
     if variant is None:
         board = Board.preset(name)

@@ -152,6 +152,7 @@ def solve_payouts(
     returned: float = 0.99,
     risk: str = "medium",
     drops: int = MOST,
+    threads: int | None = None,
     workers: Workers | None = None,
     progress: Progress | None = None,
 ) -> Payouts:
@@ -161,7 +162,8 @@ def solve_payouts(
     has, until the returns are known precisely enough, or `drops` balls from each aim. Then as many
     balls with later seeds measure the table's return.
 
-    workers: default is this process. progress: called now and then.
+    threads: as for `drop_many`. workers: compute elsewhere (`plinko.engine.batches.workers`).
+    progress: called now and then.
 
     Raises ParameterError for an invalid return or risk, and if no table is within the bounds.
     """
@@ -178,7 +180,7 @@ def solve_payouts(
         if progress is not None:
             progress(first + done, first + times * of)
 
-    counting = Counting(found, drops, workers or Here())
+    counting = Counting(found, drops, workers or Here(threads))
     # About as many drops judge the table as choose it.
     choosing = counting.until_known(none_yet(found), solved, partial(report, 0, 2))
     pays, first = solved(choosing), sum(each.drops for each in choosing)

@@ -45,7 +45,6 @@ class ExactBalls:
 
     @property
     def events(self) -> int:
-        """Number of events of all flights."""
         return sum(len(flight.trajectory.impacts) for flight in self._flights)
 
     def add(self, x: float) -> None:

@@ -26,10 +26,10 @@ def command(board: str, seed: str | None, x: str | None, aim: float | None, as_j
     if (seed is None) == (x is None):
         raise click.UsageError("give a start: either --seed N or --x X")
     common.need_certifier()
-    from plinko.app.computing.proofs import effort
+    from plinko.app.computing.tasks import proof_effort
     from plinko.engine import certify
 
-    found = certify(common.load_board(board), seed, x=x, aim=aim, effort=effort())
+    found = certify(common.load_board(board), seed, x=x, aim=aim, effort=proof_effort())
     if as_json:
         head = {"board": found.board.preset_name or found.board.to_dict()}
         start = {"seed": None if found.seed is None else str(found.seed)}

@@ -150,7 +150,6 @@ def _check_certify(solver: str, aim: float | None, others: dict[str, object]) ->
 
 
 def _go_on(run: "Run", path: Path, out: Path | None) -> None:
-    """Continue the run whose result is in `path`."""
     from plinko.app.batches.saved import load
 
     if out is not None:

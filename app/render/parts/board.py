@@ -30,17 +30,13 @@ LEAST_LABEL = 4.0  # px; smaller letters are illegible and not written
 
 
 @functools.lru_cache(maxsize=3)  # in the largest size 12 MB each
-def _painted(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
+    """The board, shape (h, w, 3); cached and shared, therefore read-only."""
     canvas = plate_canvas(board, view, theme_name)
     paint_furniture(canvas, board, view, named(theme_name))
     pixels = canvas.bytes()
     pixels.flags.writeable = False
     return pixels
-
-
-def forget() -> None:
-    """Clear the cache of painted boards, for measurements."""
-    _painted.cache_clear()
 
 
 def plate_canvas(board: Board, view: View, theme_name: str) -> Canvas:
@@ -58,15 +54,6 @@ def paint_furniture(canvas: Canvas, board: Board, view: View, theme: Theme) -> N
     for number in range(board.bins.count):
         paint_bin(canvas, board, view, theme, number)
     _rails(canvas, board, view, theme)
-
-
-def board_pixels(board: Board, view: View, theme_name: str) -> npt.NDArray[np.uint8]:
-    """The board, shape (h, w, 3); cached and shared, therefore read-only."""
-    return _painted(board, view, theme_name)
-
-
-def board_canvas(board: Board, view: View, theme_name: str) -> Canvas:
-    return Canvas(_painted(board, view, theme_name).astype(np.float32))
 
 
 def paint_bin(

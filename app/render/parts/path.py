@@ -78,7 +78,6 @@ class Strokes:
         self._colours.append(colour)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
-        """Add a filled circle."""
         self.line((x, y, x, y), 2.0 * radius, colour, alpha)
 
     def paint(self, pixels: Pixels) -> None:

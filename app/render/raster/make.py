@@ -27,7 +27,6 @@ def sample_calls() -> None:
 
 
 def made() -> bytes:
-    """Compile the artifact and return its bytes."""
     return made_by(
         "from plinko.app.render.raster.make import KERNELS, sample_calls; "
         "from plinko.engine.artifact.record_types import compiled_beside; "

@@ -156,10 +156,13 @@ def test_many_drops_are_those_of_the_seeds(http: httpx.Client) -> None:
 
 
 @pytest.mark.parametrize("draw", [tasks.density, functools.partial(tasks.sheet, columns=None)])
-def test_drops_that_take_too_long_are_given_up(draw: Callable[..., bytes]) -> None:
+def test_drops_that_take_too_long_are_given_up(
+    draw: Callable[..., bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A time limit below zero stands for a board on which balls bounce for ever."""
+    monkeypatch.setattr(tasks, "MAX_SECONDS", -1.0)
     with pytest.raises(InvalidValueError, match="too long") as refused:
-        draw(tasks.Many(BOARD, 150, 77), "png", 760, "light", seconds=-1.0)
+        draw(tasks.Many(BOARD, 150, 77), "png", 760, "light")
     assert refused.value.field == "drops"
 
 

@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from plinko.app.cli import main
-from plinko.app.computing import proofs
+from plinko.app.computing import tasks
 from plinko.app.computing.tasks import Ask
 from plinko.app.web.routes.drops import drops
 from plinko.app.web.schemas.drops import Proven
@@ -38,12 +38,12 @@ def test_the_command_line_and_the_server_go_equally_far(
     from plinko.engine.certified.certify import Effort
 
     few = Effort(most_bits=160, most_comparisons=30)
-    monkeypatch.setattr(proofs, "effort", lambda: few)
+    monkeypatch.setattr(tasks, "proof_effort", lambda: few)
     with pytest.raises(SystemExit, match="1"):
         main(["certify", "triangle-8", "--seed", "42", "--json"])
     told = json.loads(capsys.readouterr().out)["undecided"]
     ask = Ask(Board.preset("triangle-8"), 42, None, Exact())
-    assert told == proofs.certificate(ask)["undecided"]
+    assert told == json.loads(tasks.proof(ask, False)[1])["certificate"]["undecided"]
     assert told == "more than 30 comparisons: undecided at 160 bits"
 
 

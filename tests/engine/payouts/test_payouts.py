@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from plinko.engine import Board, ParameterError, drop_many, preset_names
-from plinko.engine.batches.workers import Here
 from plinko.engine.board import payouts
 from plinko.engine.board.presets import HOUSE, VARIANTS, payouts_of, plain_name
 from plinko.engine.board.worlds import WORLDS
@@ -166,7 +165,7 @@ def test_a_board_of_one_s_own_gets_a_table_too() -> None:
     board = Board.from_json(form)
     told: list[tuple[int, int]] = []
     found = solve_payouts(
-        board, risk="low", drops=2_000, workers=Here(1), progress=lambda *now: told.append(now)
+        board, risk="low", drops=2_000, threads=1, progress=lambda *now: told.append(now)
     )
     chose = more(board, none_yet(board)[0], 2_000)
     assert odds_of(chose, found.multipliers).returned == pytest.approx(0.99, abs=table.NEAR)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from fastapi import Depends, Query, Request, Response
 
-from plinko.app.computing import prices, proofs, tasks
+from plinko.app.computing import prices, tasks
 from plinko.app.computing.tasks import Ask
 from plinko.app.errors import InvalidValueError
 from plinko.app.protocol.client_messages import parse_place
@@ -185,7 +185,7 @@ async def _record(
     """The digest of a drop, and its record as JSON."""
     if certified:
         check_certified(ask)
-        return await compute(request, prices.proof(), proofs.record, ask, certainty)
+        return await compute(request, prices.proof(), tasks.proof, ask, certainty)
     price = (prices.one_drop if certainty else prices.record)(ask.board, ask.solver)
     return await compute(request, price, tasks.record, ask, certainty)
 
