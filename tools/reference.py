@@ -47,7 +47,7 @@ INTERNAL = {
     "Certificate": {"event_rows"},
     "Drop": {"ticks"},
     "World": {"add_at", "add_flight", "advance_to", "balls", "events_kept", "next_id", "skip_ids"},
-    "Arena": {"apply", "from_snapshot", "nbytes", "remove_many", "take_landings"},
+    "Arena": {"from_snapshot", "nbytes", "remove_many", "take_landings"},
     "ArenaSettings": {"changed", "for_solver"},
     "StaticGeometry": {"from_dict"},
     "Job": {"options", "to_dict"},

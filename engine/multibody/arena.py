@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import inf
-from typing import Any, Final, get_type_hints
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -18,11 +18,9 @@ import numpy.typing as npt
 
 from plinko.engine.constants import PHYSICS_VERSION
 from plinko.engine.errors import ParameterError, RecordError, shorten
-from plinko.engine.multibody import inputs
 from plinko.engine.multibody.bodies import DEFAULTS, RANGES, BallTable, check_names, one, several
 from plinko.engine.multibody.diagnostics import Diagnostics, diagnose
 from plinko.engine.multibody.events import ArenaEvent, EventQueue, Landed, Left, new_log
-from plinko.engine.multibody.inputs import Operation
 from plinko.engine.multibody.settings import ArenaSettings
 from plinko.engine.multibody.solver.layout import body, step_log
 from plinko.engine.multibody.solver.step import step_balls
@@ -33,8 +31,7 @@ from plinko.engine.parameters import frame_seconds, number
 class Arena:
     """Balls that touch each other, advanced in steps of settings.dt seconds.
 
-    place: the static geometry. record: if set to a list, it collects all inputs as JSON values,
-    which `apply` repeats.
+    place: the static geometry.
     """
 
     def __init__(self, place: StaticGeometry, settings: ArenaSettings | None = None) -> None:
@@ -43,7 +40,6 @@ class Arena:
         self.tick = 0
         self.time = 0.0
         """The arena's time in s: the sum of its steps."""
-        self.record: list[dict[str, Any]] | None = None
         self._statics = static_shapes(place)
         self._solver_settings = self.settings.for_solver()
         self._table = BallTable()
@@ -56,17 +52,6 @@ class Arena:
         self._events = EventQueue()
 
     # Inputs
-
-    def _record_input(self, op: str, **arguments: Any) -> None:
-        if self.record is not None:
-            self.record.append({"op": op, "tick": self.tick, **arguments})
-
-    def apply(self, entry: Mapping[str, Any]) -> Any:
-        """Repeat a recorded input; ParameterError if it is invalid."""
-        if not isinstance(entry, Mapping):
-            raise ParameterError(f"the input {shorten(entry)} is not an object", field="op")
-        act, arguments = inputs.read(entry, _INPUTS)
-        return act(self, **arguments)
 
     def add(self, x: float, y: float, **values: float) -> int:
         """Add a ball at (x, y) in m and return its id; values as in DEFAULTS."""
@@ -106,9 +91,6 @@ class Arena:
         self._table.append(chosen[order], {name: v[order] for name, v in complete.items()})
         self._previous = self._table.bodies.pos[: self.count, :3].copy()
         self._next_id = max(self._next_id, int(chosen.max()) + 1)
-        if self.record is not None:
-            lists = {name: array.tolist() for name, array in found.items()}
-            self._record_input("add_many", ids=chosen.tolist(), **lists)
         return [int(i) for i in chosen]
 
     def _new_ids(self, count: int, ids: Iterable[int] | None) -> npt.NDArray[np.int32]:
@@ -143,13 +125,11 @@ class Arena:
         for row in rows:
             self._table.wake_with(row)
         self._drop(rows)
-        self._record_input("remove_many", balls=[int(ball) for ball in chosen])
 
     def clear(self) -> None:
         """Remove all balls."""
         self._table.wake_all()
         self._drop(list(range(self.count)))
-        self._record_input("clear")
 
     def _drop(self, rows: list[int]) -> None:
         kept = np.delete(np.arange(self.count), rows)
@@ -160,7 +140,6 @@ class Arena:
         """Add to a ball's velocity, m/s, and to its spin, rad/s."""
         dvx, dvy, domega = one("vx", dvx), one("vy", dvy), one("omega", domega)
         self._accelerate(self._table.row(ball), dvx, dvy, domega)
-        self._record_input("kick", ball=int(ball), dvx=dvx, dvy=dvy, domega=domega)
 
     def impulse(self, ball: int, jx: float, jy: float) -> None:
         """Give a ball an impulse in N s."""
@@ -168,7 +147,6 @@ class Arena:
         jx, jy = number(jx, "jx", -inf, inf), number(jy, "jy", -inf, inf)
         over = float(self._table.bodies.vel[row, body.INVERSE_MASS])
         self._accelerate(row, jx * over, jy * over, 0.0)
-        self._record_input("impulse", ball=int(ball), jx=jx, jy=jy)
 
     def _accelerate(self, row: int, dvx: float, dvy: float, domega: float) -> None:
         """Add to a velocity and a spin; ParameterError if that leaves their ranges."""
@@ -184,12 +162,10 @@ class Arena:
         """Set some of a ball's values; RANGES lists them. A new radius keeps the density."""
         row = self._table.row(ball)
         self._set(np.array([row]), values)
-        self._record_input("edit", ball=int(ball), **values)
 
     def edit_all(self, **values: float) -> None:
         """Set some values of all balls, as `edit` does for one."""
         self._set(np.arange(self.count), values)
-        self._record_input("edit_all", **values)
 
     def _set(self, rows: npt.NDArray[np.intp], values: Mapping[str, float]) -> None:
         check_names(values, RANGES)
@@ -210,7 +186,6 @@ class Arena:
         )
         self._statics = static_shapes(self.place)
         self._table.wake_all()
-        self._record_input("edit_place", **new)
 
     def set_material(
         self, *, restitution: float | None = None, friction: float | None = None
@@ -226,14 +201,12 @@ class Arena:
     def wake_all(self) -> None:
         """Wake all balls."""
         self._table.wake_all()
-        self._record_input("wake_all")
 
     def configure(self, **values: Any) -> None:
         """Change some of the ArenaSettings, and wake all balls."""
         changed = self.settings.changed(values)
         self.settings, self._solver_settings = changed, changed.for_solver()
         self._table.wake_all()
-        self._record_input("configure", **values)
 
     # Time
 
@@ -361,9 +334,9 @@ class Arena:
     # Saving
 
     def copy(self) -> "Arena":
-        """A copy that continues from here bit for bit and does not record inputs."""
+        """A copy that continues from here bit for bit."""
         other = copy.copy(self)
-        other.record, other._log = None, new_log(0)
+        other._log = new_log(0)
         other._table, other._events = self._table.copy(), self._events.copy()
         return other
 
@@ -412,30 +385,6 @@ class Arena:
     def digest(self) -> str:
         """SHA-256 of the snapshot, 64 hex digits: equal arenas have equal digests."""
         return hashlib.sha256(self.snapshot()).hexdigest()
-
-
-_BALL: Final = {"ball": int}
-_PLACE: Final = {"x": float, "y": float}
-
-_INPUTS: Final[Mapping[str, Operation]] = {
-    "add": Operation(Arena.add, _PLACE, dict.fromkeys(DEFAULTS, float)),
-    "add_many": Operation(
-        Arena.add_many, dict.fromkeys(_PLACE, inputs.NUMBERS),
-        {"ids": list[int] | None, **dict.fromkeys(DEFAULTS, inputs.NUMBERS)},
-    ),
-    "remove": Operation(Arena.remove, _BALL),
-    "remove_many": Operation(Arena.remove_many, {"balls": list[int]}),
-    "clear": Operation(Arena.clear),
-    "kick": Operation(Arena.kick, {**_BALL, "dvx": float, "dvy": float}, {"domega": float}),
-    "impulse": Operation(Arena.impulse, {**_BALL, "jx": float, "jy": float}),
-    "edit": Operation(Arena.edit, _BALL, dict.fromkeys(RANGES, float)),
-    "edit_all": Operation(Arena.edit_all, optional=dict.fromkeys(RANGES, float)),
-    "edit_place": Operation(
-        Arena.edit_place, optional=dict.fromkeys(("restitution", "friction"), float)
-    ),
-    "wake_all": Operation(Arena.wake_all),
-    "configure": Operation(Arena.configure, optional=get_type_hints(ArenaSettings)),
-}  # fmt: skip
 
 
 def _listed(balls: object, name: str) -> list[Any]:

@@ -93,15 +93,10 @@ def test_restitution_can_be_read_from_the_speeds_of_impacts(
 @pytest.mark.parametrize(("e", "mu"), [(0.05, 0.0), (0.6, 0.4)])
 def test_one_knob_sets_the_material_of_every_pair(e: float, mu: float) -> None:
     arena = sandbox(1, seed=1, restitution=0.9, friction=0.2, sleeping=False)
-    arena.record = []
     arena.set_material(restitution=e, friction=mu)
     first, second, *_ = bounces(arena, 300)
     assert second / first == pytest.approx(e, rel=1e-2)
     assert {arena.place.wall_material.friction, arena.ball(0)["friction"]} == {mu}
-    again = sandbox(1, seed=1, restitution=0.9, friction=0.2, sleeping=False)
-    for entry in arena.record:
-        again.apply(entry)
-    assert run(again, 300).digest == arena.digest
 
 
 def test_clay_on_steel_rebounds_like_clay_and_steel_on_steel_like_steel() -> None:
@@ -204,9 +199,6 @@ CALLS: dict[str, Callable[[Arena, Any], object]] = {
     "ball": lambda arena, odd: arena.ball(odd),
     "interpolated": lambda arena, odd: arena.interpolated(odd),
     "advance": lambda arena, odd: arena.advance(odd),
-    "apply": lambda arena, odd: arena.apply(odd),
-    "apply op": lambda arena, odd: arena.apply({"op": odd}),
-    "apply edit": lambda arena, odd: arena.apply({"op": "edit", "ball": 0, "x": odd}),
     "restore": lambda arena, odd: arena.restore(odd),
 }  # fmt: skip
 
@@ -215,7 +207,6 @@ CALLS: dict[str, Callable[[Arena, Any], object]] = {
 def test_what_cannot_be_used_is_refused_by_name_and_changes_nothing(call: str) -> None:
     arena = Arena(BOX)
     arena.add(0.0, 1.0)
-    arena.record = []
     used = 0
     for odd in ODD:
         before = arena.digest
