@@ -46,7 +46,7 @@ INTERNAL = {
     "Board": {"of", "kept", "is_kept"},
     "Certificate": {"event_rows"},
     "Drop": {"ticks"},
-    "World": {"add_at", "add_flight", "advance_to", "balls", "events_kept", "next_id", "skip_ids"},
+    "World": {"add_flight", "advance_to", "events_kept", "skip_ids"},
     "Arena": {"from_snapshot", "nbytes", "remove_many", "take_landings"},
     "ArenaSettings": {"changed", "for_solver"},
     "StaticGeometry": {"from_dict"},

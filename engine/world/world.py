@@ -24,6 +24,7 @@ from plinko.engine.parameters import (
     number,
 )
 from plinko.engine.physics import body
+from plinko.engine.physics.array_types import Floats
 from plinko.engine.seeding import parse_seed
 from plinko.engine.world.events import Contact, End, Event, Landing, Progress, approach_speed
 from plinko.engine.world.exact_balls import ExactBalls
@@ -125,18 +126,9 @@ class World:
         return bool(self._balls)
 
     @property
-    def next_id(self) -> int:
-        return self._next_id
-
-    @property
     def count(self) -> int:
         """Number of balls in flight."""
         return len(self._balls)
-
-    @property
-    def balls(self) -> tuple[Ball, ...]:
-        """The origins of the live balls, in the order of `bodies`."""
-        return tuple(self._balls)
 
     def add(
         self,
@@ -152,16 +144,17 @@ class World:
         if seed is None and x is None:
             raise ParameterError("a ball needs a seed or an explicit x", field="seed")
         chosen = None if seed is None else parse_seed(seed)
-        return self.add_at(start_of(self.board, chosen, unsigned_zero(x), aim), chosen)
+        start = start_of(self.board, chosen, unsigned_zero(x), aim)
+        self._ball_set.add(start)
+        ball = Ball(self._next_id, chosen, start, self.tick)
+        return self._enter(ball, self._ball_set.states[-1])
 
-    def add_at(self, start: float, seed: int | None) -> int:
-        """`add`, for a parsed `seed` and the `start` in m that `start_of` returned for it."""
-        ball = Ball(self._next_id, seed, start, self.tick)
-        self._ball_set.add(ball.x)
-        self._next_id += 1
+    def _enter(self, ball: Ball, before: Floats) -> int:
+        """Note a ball that the ball set has, and its state one step ago; return its id."""
+        self._next_id = ball.id + 1
         self._balls.append(ball)
         self._bounced = np.append(self._bounced, np.uint8(0))
-        self._previous = np.vstack([self._previous, self._ball_set.states[-1]])
+        self._previous = np.vstack([self._previous, before])
         return ball.id
 
     def add_flight(
@@ -175,10 +168,7 @@ class World:
         """
         ball = Ball(self._next_id if ball_id is None else ball_id, seed, flight.x_start, tick)
         before, progress = self._exact().add_flight(flight, self.tick - tick)
-        self._next_id = ball.id + 1
-        self._balls.append(ball)
-        self._bounced = np.append(self._bounced, np.uint8(0))
-        self._previous = np.vstack([self._previous, before])
+        self._enter(ball, before)
         if progress is not None:
             self._news([progress], contacts=False)
         return ball.id

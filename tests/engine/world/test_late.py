@@ -39,7 +39,7 @@ def test_the_world_is_at_once_as_if_the_ball_had_been_on_time() -> None:
         world.add(seed=SEEDS[0])
         for _ in range(7):
             world.step()
-    expected.add_at(start, SEEDS[1])
+    expected.add(SEEDS[1])
     bounces = 0
     while expected.count == 2:
         late = World(BOARD)
