@@ -20,7 +20,7 @@ from plinko.app.computing.pool import Workers
 from plinko.app.concurrency.single_flight import Signal
 from plinko.app.errors import BusyError, RoomFullError
 from plinko.app.pictures.frame import Still, draw, moment_of, still_of
-from plinko.app.render.parts.view import check_size
+from plinko.app.render.parts.view import check_width
 from plinko.app.render.theme import named
 from plinko.app.rooms.room import Room
 
@@ -45,7 +45,7 @@ class Shot:
     fps: int
 
     def __post_init__(self) -> None:
-        check_size("width", self.width)
+        check_width(self.width)
         named(self.theme)
 
 

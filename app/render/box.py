@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from plinko.app.render.parts.view import View, check_size, lay_out_place
+from plinko.app.render.parts.view import View, check_width, lay_out_place
 from plinko.app.render.raster.canvas import Canvas
 from plinko.app.render.room import Layer, Pixels
 from plinko.app.render.still import DEFAULT_WIDTH
@@ -33,7 +33,7 @@ class BoxStage(Layer):
         title: str = "",
         radius: float = 0.1,
     ) -> None:
-        check_size("width", width)
+        check_width(width)
         view = lay_out_place(place, width, named(theme))
         super().__init__(view, place_pixels(place, view, theme), radius, theme, title)
         self.place = place

@@ -138,19 +138,18 @@ def _stepped(radius: float) -> float:
 class Stage(Layer):
     """Frames of one board in one size and theme, all from one layer. For one thread at a time.
 
-    `width` in px, 240 to 2048. With a `height` the board fits into both. `title` is written in the
-    strip above the board. Raises InvalidValueError if the size or theme is invalid.
+    `width` in px, 240 to 2048. `title` is written in the strip above the board. Raises
+    InvalidValueError if the width or theme is invalid.
     """
 
     def __init__(
         self,
         board: Board,
         width: int = DEFAULT_WIDTH,
-        height: int | None = None,
         theme: str = "light",
         title: str | None = None,
     ) -> None:
-        view, theme = lay_out(board, width, height), at_place(theme, board.name)
+        view, theme = lay_out(board, width), at_place(theme, board.name)
         name = board.name if title is None else title
         super().__init__(view, board_pixels(board, view, theme), board.ball.radius, theme, name)
         self.board = board

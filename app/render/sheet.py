@@ -59,7 +59,7 @@ def contact_sheet(
             f"width {width} is not from {least}, which {chosen} columns need, to {MOST_WIDTH} px",
             field="width",
         )
-    view = fit(board, across, None, header=0.0)
+    view = fit(board, across, header=0.0)
     placed = at_place(theme, board.name)
     sheet = _blank(len(seeds), view, placed, width, chosen)
     for number, seed in enumerate(seeds):

@@ -17,7 +17,7 @@ from benchmarks.serving import drawing
 from plinko.engine import Board, Drop, World, drop, drop_many
 
 BOARD: Final = "triangle-16"
-SIZE: Final = (760, 570)  # px, the reference game's canvas
+WIDTH: Final = 760  # px, the reference game's canvas
 BALLS: Final = 50
 FRAMES_A_SECOND: Final = 1000.0
 PNG_SECONDS: Final = 5e-3
@@ -89,7 +89,7 @@ def _frames(section: Section, effort: Effort) -> None:
     from plinko.app.render import Stage
 
     world = _crowd()
-    stage = Stage(world.board, *SIZE)
+    stage = Stage(world.board, WIDTH)
     bodies = world.bodies
     moved = _crowd()
     trails, later = _trails(moved), moved.bodies
@@ -120,7 +120,7 @@ def _frames(section: Section, effort: Effort) -> None:
     section.data["bytes"] = sizes
     section.tables.append(
         Table(
-            f"A frame of {SIZE[0]} x {SIZE[1]} pixels with {BALLS} balls",
+            f"A frame of {stage.view.width} x {stage.view.height} pixels with {BALLS} balls",
             ["what", "ms", "a second", "bytes", ""],
             [
                 [
@@ -143,10 +143,10 @@ def _frames(section: Section, effort: Effort) -> None:
 def _anew(world: World) -> object:
     """A frame with nothing cached: the board is painted too."""
     from plinko.app.render import Stage
-    from plinko.app.render.parts.board import forget
+    from plinko.app.render.parts.board import board_pixels
 
-    forget()
-    return Stage(world.board, *SIZE).frame(world.bodies)
+    board_pixels.cache_clear()
+    return Stage(world.board, WIDTH).frame(world.bodies)
 
 
 def _pillow_png(picture: Image.Image) -> bytes:
@@ -321,7 +321,7 @@ async def _filmed(viewers: int, ticks: int) -> dict[str, Any]:
     for seed in range(BALLS):
         room.drop(DropCommand(seed))
     cameras = Cameras(1, max(VIEWERS))
-    shot = Shot(room.id, SIZE[0], "light", 1000)
+    shot = Shot(room.id, WIDTH, "light", 1000)
     watching = [await cameras.open(room, shot) for _ in range(viewers)]
     seen = [number for _, number, _ in watching]
     before = time.process_time()

@@ -14,14 +14,12 @@ from plinko.engine.multibody.static_geometry import StaticGeometry
 Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 LEAST_WIDTH, MOST_WIDTH = 240, 2048
-LEAST_HEIGHT = 180
 """px. In a smaller picture labels are illegible; a larger one only takes memory."""
 
 PIXELS_PER_METRE: Final = 100
 """Scale of the reference game's canvas, for which the sizes below are given."""
 
 REFERENCE_WIDTH: Final = 7.6  # m, of that canvas
-REFERENCE_HEIGHT: Final = 5.7
 LEAST_UNIT: Final = 0.6  # lower bound of `View.unit`: thinner lines and letters are illegible
 
 USUAL_WIDTHS: Final = 6.0, 8.0
@@ -77,77 +75,48 @@ class View:
         return replace(self, left=left, start=start, bin_top=bin_top, width=width, height=height)
 
 
-def lay_out(board: Board, width: int, height: int | None = None) -> View:
+def lay_out(board: Board, width: int) -> View:
     """Lay out `board` on a picture `width` px wide; the height follows from the board.
 
-    With a `height` the board is as large as fits into both. Raises InvalidValueError if a size is
-    out of range.
+    Raises InvalidValueError if the width is out of range.
     """
-    check_size("width", width)
-    if height is not None:
-        check_size("height", height)
-    return fit(board, width, height, header=HEADER)
+    check_width(width)
+    return fit(board, width, header=HEADER)
 
 
-def check_size(name: str, value: int) -> None:
-    """Raise InvalidValueError if a `width` or `height` in px is out of range."""
-    least = LEAST_WIDTH if name == "width" else LEAST_HEIGHT
-    if not least <= value <= MOST_WIDTH:
+def check_width(width: int) -> None:
+    """Raise InvalidValueError if a width in px is out of range."""
+    if not LEAST_WIDTH <= width <= MOST_WIDTH:
         raise InvalidValueError(
-            f"{name} {value} is not a whole number of pixels from {least} to {MOST_WIDTH}",
-            field=name,
+            f"width {width} is not a whole number of pixels from {LEAST_WIDTH} to {MOST_WIDTH}",
+            field="width",
         )
 
 
-def fit(board: Board, width: int, height: int | None, header: float) -> View:
-    """Like `lay_out`, for any size, with a strip of `header` px (at full size) above the board."""
+def fit(board: Board, width: int, header: float) -> View:
+    """Like `lay_out`, for any width, with a strip of `header` px (at full size) above the board."""
     left, right = _sides(board)
     fall = board.bins.y - board.drop.y
     scale = min(width / (right - left), MAX_ASPECT * width / fall)
-    if height is None:
-        return _at_scale(board, width, None, header, scale)
-    low, high = 0.0, scale
-    if _at_scale(board, width, None, header, high, height).height > height:
-        for _ in range(40):  # bisection, as the height grows monotonically with the scale
-            middle = 0.5 * (low + high)
-            tall = _at_scale(board, width, None, header, middle, height).height > height
-            low, high = (low, middle) if tall else (middle, high)
-        scale = low
-    return _at_scale(board, width, height, header, scale, height)
-
-
-def _at_scale(
-    board: Board,
-    width: int,
-    height: int | None,
-    header: float,
-    scale: float,
-    room: int | None = None,
-) -> View:
-    """The view at `scale` px per m. A greater `height` than needed adds space above and below."""
-    left, right = _sides(board)
     left -= 0.5 * (width / scale - (right - left))
-    size = width if room is None else min(width, room * REFERENCE_WIDTH / REFERENCE_HEIGHT)
-    unit = max(size / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
+    unit = max(width / (REFERENCE_WIDTH * PIXELS_PER_METRE), LEAST_UNIT)
     slots = 16.0 * unit if board.slots else 0.0
     headroom = HEADROOM if header else LEAST_HEADROOM
     start = max(headroom * unit, board.ball.radius * scale + 14.0 * unit) + slots + header * unit
-    bin_top = start + (board.bins.y - board.drop.y) * scale
+    bin_top = start + fall * scale
     storeys = 2.0 if board.bins.labels else 1.0
     metre = scale * _size(board)
     bin_height = storeys * max(BIN_LEAST * unit, min(BIN_MOST * unit, 0.5 * metre))
-    needed = round(bin_top + bin_height + 6.0 * unit)
-    spare = 0.0 if height is None else 0.5 * max(height - needed, 0)
     return View(
         width=width,
-        height=needed if height is None else height,
+        height=round(bin_top + bin_height + 6.0 * unit),
         scale=scale,
         metre=metre,
         unit=unit,
         left=left,
         drop_y=board.drop.y,
-        start=start + spare,
-        bin_top=bin_top + spare,
+        start=start,
+        bin_top=bin_top,
         bin_height=bin_height,
         header=header * unit,
     )

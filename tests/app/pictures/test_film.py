@@ -80,17 +80,6 @@ def test_the_layer_is_not_painted_on() -> None:
     assert (stage.frame(world.bodies[:0]) == before).all()
 
 
-def test_a_frame_fits_into_a_given_size() -> None:
-    stage = Stage(Board.preset("triangle-16"), 760, 570)
-    assert stage.frame(World(stage.board).bodies).shape == (570, 760, 3)
-    wide = Stage(Board.preset("galton"), 1920, 1080)
-    assert wide.frame(World(wide.board).bodies).shape == (1080, 1920, 3)
-    edges = wide.view.px(np.array(wide.board.bins.edges))
-    assert 0 < edges.min() < edges.max() < 1920
-    with pytest.raises(InvalidValueError, match="height 10"):
-        Stage(Board.preset("galton"), 760, 10)
-
-
 def test_a_lit_bin_has_a_rim_and_facts_stand_in_the_strip() -> None:
     stage = Stage(Board.preset("triangle-8"), 500)
     nobody = World(stage.board).bodies
