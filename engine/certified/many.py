@@ -1,11 +1,11 @@
 """Measures how many double-precision bins are right, by proving those that are not certain."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from plinko.engine.board.model import Board
-from plinko.engine.certified.certify import FULL, Effort, certify_start, exact_start
+from plinko.engine.certified.certify import certify_start, exact_start
 from plinko.engine.drops.drop import make_drop
 from plinko.engine.parameters import Exact
 from plinko.engine.seeding import parse_seed
@@ -48,18 +48,10 @@ class Share:
         }
 
 
-def certify_many(
-    board: Board,
-    seeds: Iterable[int],
-    *,
-    everything: bool = False,
-    effort: Effort = FULL,
-    progress: Callable[[int], None] | None = None,
-) -> Share:
+def certify_many(board: Board, seeds: Iterable[int], *, everything: bool = False) -> Share:
     """Count the `seeds` whose double-precision bin is the proven one.
 
-    Drops that are `Drop.certain` are proven only if `everything` is true. `progress` is called
-    after each drop with the number of drops done.
+    Drops that are `Drop.certain` are proven only if `everything` is true.
     """
     share = Share()
     for seed in seeds:
@@ -68,7 +60,7 @@ def certify_many(
         certain = drop.certain
         share.certain += certain
         if everything or not certain:
-            proof = certify_start(board, seed, exact_start(drop.x_start), effort)
+            proof = certify_start(board, seed, exact_start(drop.x_start))
             if not proof.decided:
                 share.undecided += 1
             elif proof.agrees:
@@ -76,6 +68,4 @@ def certify_many(
             else:
                 share.wrong += 1
                 share.certain_but_wrong += certain
-        if progress is not None:
-            progress(share.drops)
     return share

@@ -5,10 +5,8 @@ run of pixels, and proves them all. Elsewhere the middle of each pixel is proven
 """
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,15 +43,6 @@ class Strip:
     proofs: int
     whole: int
 
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "x": str(self.x),
-            "width": str(self.width),
-            "bins": self.bins.tolist(),
-            "proofs": self.proofs,
-            "whole": self.whole,
-        }
-
 
 def widest(board: Board) -> Fraction:
     """The width of the map at level 0, m: all starts that the board allows."""
@@ -72,16 +61,8 @@ def strip_at(
     x: float | int | str | Fraction,
     level: int,
     pixels: int,
-    first: int = 0,
-    count: int | None = None,
-    effort: Effort = MAP_EFFORT,
-    patience: Callable[[], bool] = lambda: True,
 ) -> Strip:
-    """`count` pixels from `first` on of a strip of `pixels`, zoomed 10^level times about x, in m.
-
-    As soon as `patience` returns False, no further proof begins, and the pixels left are undecided.
-    Raises ParameterError that names the bad value.
-    """
+    """A strip of `pixels`, zoomed 10^level times about x, in m; ParameterError for a bad value."""
     if not 0 <= level <= DEEPEST:
         raise ParameterError(f"level {level} is not from 0 to {DEEPEST}", field="level")
     middle = exact_start(x)
@@ -98,47 +79,33 @@ def strip_at(
             f"{board.name} has only one start; a map needs a board with a range of starts",
             field="board",
         )
-    wanted = pixels - first if count is None else count
-    if not (first >= 0 and 0 < wanted <= pixels - first):
-        raise ParameterError(
-            f"pixels {first} to {first + wanted} are not within a strip of {pixels} pixels",
-            field="first",
-        )
-    work = _Work(board, middle - width / 2, width / pixels, effort, patience)
-    bins = np.full(wanted, UNDECIDED, np.int16)
-    work.fill(bins, first)
+    work = _Work(board, middle - width / 2, width / pixels)
+    bins = work.bins(pixels)
     return Strip(middle, width, bins, work.proofs, work.whole)
 
 
 class _Work:
     """Runs and counts the proofs of one strip."""
 
-    def __init__(
-        self,
-        board: Board,
-        left: Fraction,
-        pixel: Fraction,
-        effort: Effort,
-        patience: Callable[[], bool],
-    ) -> None:
+    def __init__(self, board: Board, left: Fraction, pixel: Fraction) -> None:
         self.board, self.left, self.pixel = board, left, pixel
-        self.effort, self.patience = effort, patience
         self.proofs = self.whole = 0
         self.low, self.high = starts_of(board)
 
-    def fill(self, bins: npt.NDArray[np.int16], first: int) -> None:
-        """Write the bins of the pixels from number `first` on.
+    def bins(self, pixels: int) -> npt.NDArray[np.int16]:
+        """The bin of each pixel.
 
         One proof is tried for all pixels, then one for each half of an unproven run, down to single
         pixels. Wide proofs are given up if none has succeeded by WIDE_DEPTH.
         """
-        left = [(0, len(bins))]
+        bins = np.full(pixels, UNDECIDED, np.int16)
+        left = [(0, pixels)]
         for depth in itertools.count():
             if not left or (depth == WIDE_DEPTH and not self.whole):
                 break
             halves = []
             for start, end in left:
-                found = self._stretch(first + start, end - start)
+                found = self._stretch(start, end - start)
                 if found != UNDECIDED:
                     bins[start:end] = found
                     self.whole += end - start
@@ -146,11 +113,12 @@ class _Work:
                     middle = (start + end) // 2
                     halves += [(start, middle), (middle, end)]
                 else:
-                    bins[start] = self._pixel(first + start)
+                    bins[start] = self._pixel(start)
             left = halves
         for start, end in left:
             for i in range(start, end):
-                bins[i] = self._pixel(first + i)
+                bins[i] = self._pixel(i)
+        return bins
 
     def _stretch(self, first: int, count: int) -> int:
         """The bin of all starts of `count` pixels, if one proof holds for them, else UNDECIDED."""
@@ -159,18 +127,16 @@ class _Work:
         if not (self.low <= middle - half and middle + half <= self.high):
             return UNDECIDED
         # The width of the start limits this proof: more bits would not help, so only one attempt.
-        bits = max(self.effort.first_bits, 2 * half.denominator.bit_length())
-        return self._bin(middle, half, Effort(bits, bits, self.effort.most_comparisons))
+        bits = max(MAP_EFFORT.first_bits, 2 * half.denominator.bit_length())
+        return self._bin(middle, half, Effort(bits, bits, MAP_EFFORT.most_comparisons))
 
     def _pixel(self, number: int) -> int:
         middle = self.left + self.pixel * (number + Fraction(1, 2))
         if not self.low <= middle <= self.high:
             return OUTSIDE
-        return self._bin(middle, Fraction(0), self.effort)
+        return self._bin(middle, Fraction(0), MAP_EFFORT)
 
     def _bin(self, x: Fraction, radius: Fraction, effort: Effort) -> int:
-        if not self.patience():
-            return UNDECIDED
         self.proofs += 1
         path = prove(self.board, x, radius, effort).path
         if path is None:

@@ -189,10 +189,8 @@ def test_on_boards_thrown_together_proofs_and_certain_bins_agree() -> None:
 
 
 def test_the_share_of_right_bins_is_counted() -> None:
-    done: list[int] = []
     seeds = range(6)
-    share = certify_many(TRIANGLE, seeds, everything=True, progress=done.append)
-    assert done == [1, 2, 3, 4, 5, 6]
+    share = certify_many(TRIANGLE, seeds, everything=True)
     proven = [certify(TRIANGLE, seed) for seed in seeds]
     assert (share.drops, share.proven, share.undecided) == (6, 6, 0)
     assert share.right == sum(bool(found.agrees) for found in proven)

@@ -6,7 +6,7 @@ import pytest
 
 from plinko.engine import ParameterError, certify
 from plinko.engine.board.parts import Bins, Peg
-from plinko.engine.certified.start_map import DEEPEST, OUTSIDE, UNDECIDED, strip_at, widest
+from plinko.engine.certified.start_map import DEEPEST, OUTSIDE, strip_at, widest
 from tools.oracle.scenes import scene
 
 BOARD = scene(
@@ -35,12 +35,6 @@ def test_deep_zooms_are_proven_whole() -> None:
     assert (strip.proofs, strip.whole) == (1, 64)
 
 
-def test_a_part_of_a_strip_is_the_same_as_the_whole() -> None:
-    whole = strip_at(BOARD, "0.01", 1, 8)
-    part = strip_at(BOARD, "0.01", 1, 8, first=4, count=2)
-    assert part.bins.tolist() == whole.bins[4:6].tolist()
-
-
 def test_what_is_no_start_is_left_out() -> None:
     edge = Fraction(BOARD.drop.x) + Fraction(BOARD.drop.span)
     strip = strip_at(BOARD, edge, 8, 2)
@@ -48,17 +42,7 @@ def test_what_is_no_start_is_left_out() -> None:
     assert strip.bins[0] >= 0
 
 
-def test_patience_bounds_the_cost() -> None:
-    left = iter([True, False, False, False, False, False, False])
-    strip = strip_at(BOARD, "0.01", 0, 2, patience=lambda: next(left))
-    assert strip.bins.tolist() == [UNDECIDED, UNDECIDED]
-    assert strip.proofs == 1
-
-
-@pytest.mark.parametrize(
-    ("level", "first", "count", "words"),
-    [(41, 0, 8, "level 41"), (-1, 0, 8, "level -1"), (0, 7, 2, "pixels 7 to 9"), (0, 0, 0, "0")],
-)
-def test_bad_tiles_are_named(level: int, first: int, count: int, words: str) -> None:
-    with pytest.raises(ParameterError, match=words):
-        strip_at(BOARD, 0, level, 8, first, count)
+@pytest.mark.parametrize("level", [41, -1])
+def test_a_level_out_of_range_is_named(level: int) -> None:
+    with pytest.raises(ParameterError, match=f"level {level}"):
+        strip_at(BOARD, 0, level, 8)
