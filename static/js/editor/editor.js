@@ -1,10 +1,10 @@
 // The editor: connects the edited board with its view, panels, checks, test drops and links.
 
 import { showState } from "../board/page.js";
+import { ApiError, postJson } from "../net/api.js";
 import { t } from "../texts/text.js";
-import { byId, isWithin, radioValue } from "../util/dom.js";
+import { byId, isWithin, radioValue, say } from "../util/dom.js";
 import { withFullStop } from "../util/format.js";
-import { judge } from "./check.js";
 import { describeRef, EMPTY, holds, refsInProblem, refsOf, written } from "./draft/draft.js";
 import { duplicated, placeOf, without } from "./draft/element.js";
 import { groupOf, membersOf, sameElement } from "./draft/group.js";
@@ -18,8 +18,8 @@ import { TestDrops } from "./test-drops.js";
 import { EditorView } from "./view.js";
 
 /** @import { Board } from "../model/board.js" */
+/** @import { BoardReply } from "../net/replies.js" */
 /** @import { Theme } from "../paint/theme.js" */
-/** @import { Verdict } from "./check.js" */
 /** @import { ElementRef, Ref } from "./draft/element.js" */
 /** @import { Bench, Command } from "./pointer.js" */
 
@@ -30,7 +30,7 @@ export class Editor {
   selected = null;
   /** @type {ElementRef[]} elements that the server's error is about */
   problems = [];
-  /** @type {Extract<Verdict, {ok: false}> | null} */
+  /** Why the server refuses the board. @type {ApiError | null} */
   #problem = null;
   #timer = 0;
 
@@ -134,8 +134,10 @@ export class Editor {
   #ask(board) {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(async () => {
-      const verdict = await judge(board);
-      if (board === this.history.board) this.#judged(verdict, board);
+      const asked = postJson("boards/check", board).catch((error) => error);
+      const reply = /** @type {BoardReply | Error} */ (await asked);
+      if (reply instanceof Error && !(reply instanceof ApiError)) throw reply;
+      if (board === this.history.board) this.#judged(reply, board);
     }, PAUSE_MS);
   }
 
@@ -168,17 +170,16 @@ export class Editor {
     });
   }
 
-  /** @param {Verdict} verdict @param {Board} board */
-  #judged(verdict, board) {
-    this.#problem = verdict.ok ? null : verdict;
-    this.problems = verdict.ok ? [] : refsInProblem(board, verdict.field, verdict.message);
-    const text = byId("check-text");
-    text.dataset.tone = verdict.ok ? "good" : "bad";
-    text.textContent = verdict.ok
-      ? t("editor.playable", { digest: verdict.digest.slice(0, 16) })
-      : withFullStop(verdict.message);
-    byId("show-problem").hidden = verdict.ok;
-    document.documentElement.dataset.check = verdict.ok ? "good" : "bad";
+  /** @param {BoardReply | ApiError} reply @param {Board} board */
+  #judged(reply, board) {
+    const problem = reply instanceof ApiError ? reply : null;
+    this.#problem = problem;
+    this.problems = problem ? refsInProblem(board, problem.field, problem.message) : [];
+    const words = reply instanceof ApiError
+      ? withFullStop(reply.message) : t("editor.playable", { digest: reply.digest.slice(0, 16) });
+    say(byId("check-text"), problem ? "bad" : "good", words);
+    byId("show-problem").hidden = !problem;
+    document.documentElement.dataset.check = problem ? "bad" : "good";
     this.#markFields();
     this.#mark();
   }
@@ -225,7 +226,7 @@ export class Editor {
 
   /** @param {"undo" | "redo"} way */
   #travel(way) {
-    if (!this.history[way]()) {
+    if (!this.history.travel(way)) {
       this.#say(way === "undo" ? t("editor.undo-none") : t("editor.redo-none"));
       return;
     }

@@ -41,24 +41,26 @@ export function placeOf(board, ref) {
  * @param {Ref} ref
  * @param {number} x
  * @param {number} y
- * @returns {Board} with the element at (x, y), or as near as its neighbours allow
+ * @returns {Board} with the element at (x, y), or as near as its neighbours allow; of a group, the first one
  */
 export function moved(board, ref, x, y) {
-  if (ref.refs) return movedGroup(board, ref.refs, x, y);
-  const { kind, index, end } = ref;
-  if (kind === "drop") return { ...board, drop: { ...board.drop, x, y } };
-  if (kind === "peg") return { ...board, pegs: replaced(board.pegs, index, { x, y }) };
-  if (kind === "edge") return withEdge(board, index, x);
-  if (kind === "bin") return { ...board, bins: { ...board.bins, y } };
-  if (end) {
-    const change = end === 1 ? { x1: x, y1: y } : { x2: x, y2: y };
-    return { ...board, walls: replaced(board.walls, index, change) };
-  }
   const from = placeOf(board, ref);
-  const [dx, dy] = [x - from.x, y - from.y];
-  const { x1, y1, x2, y2 } = board.walls[index];
-  const change = { x1: x1 + dx, y1: y1 + dy, x2: x2 + dx, y2: y2 + dy };
-  return { ...board, walls: replaced(board.walls, index, change) };
+  return membersOf(ref).reduce((made, one) => shifted(made, one, x - from.x, y - from.y), board);
+}
+
+/** @param {Board} board @param {ElementRef} ref @param {number} dx @param {number} dy @returns {Board} */
+function shifted(board, { kind, index, end }, dx, dy) {
+  const { pegs, walls, bins, drop } = board;
+  /** @param {Point} place */
+  const there = ({ x, y }) => ({ x: tidy(x + dx), y: tidy(y + dy) });
+  if (kind === "drop") return { ...board, drop: { ...drop, ...there(drop) } };
+  if (kind === "peg") return { ...board, pegs: pegs.with(index, { ...pegs[index], ...there(pegs[index]) }) };
+  if (kind === "edge") return withEdge(board, index, tidy(bins.edges[index] + dx));
+  if (kind === "bin") return { ...board, bins: { ...bins, y: tidy(bins.y + dy) } };
+  const wall = { ...walls[index] };
+  if (end !== 2) Object.assign(wall, { x1: tidy(wall.x1 + dx), y1: tidy(wall.y1 + dy) });
+  if (end !== 1) Object.assign(wall, { x2: tidy(wall.x2 + dx), y2: tidy(wall.y2 + dy) });
+  return { ...board, walls: walls.with(index, wall) };
 }
 
 /** @param {Board} board @param {number} index @param {number} x */
@@ -68,17 +70,6 @@ function withEdge(board, index, x) {
   const high = index < edges.length - 1 ? edges[index + 1] - LEAST_BIN : Number.POSITIVE_INFINITY;
   const at = Math.min(high, Math.max(low, x));
   return { ...board, bins: { ...board.bins, edges: edges.with(index, at) } };
-}
-
-/**
- * @template T
- * @param {T[]} items
- * @param {number} index
- * @param {Partial<T>} change
- * @returns {T[]} a copy with some fields of one item changed
- */
-function replaced(items, index, change) {
-  return items.with(index, { ...items[index], ...change });
 }
 
 /**
@@ -132,15 +123,26 @@ export function withSplit(board, x) {
 /**
  * @param {Board} board
  * @param {Ref} ref
- * @returns {Board | null} without the element; null if the board needs it
+ * @returns {Board | null} without the element; null if the board needs it. The start in a group remains
  */
 export function without(board, ref) {
-  if (ref.refs) return withoutGroup(board, ref.refs);
   const { kind, index } = ref;
-  if (kind === "peg") return { ...board, pegs: board.pegs.toSpliced(index, 1) };
-  if (kind === "wall") return { ...board, walls: board.walls.toSpliced(index, 1) };
+  if (kind === "drop") return null;
+  if (kind === "edge" || kind === "bin") return withoutBin(board, kind, index);
+  /** @param {ElementRef["kind"]} of */
+  const gone = (of) => new Set(membersOf(ref).filter((one) => one.kind === of).map((one) => one.index));
+  const [pegs, walls] = [gone("peg"), gone("wall")];
+  return {
+    ...board,
+    pegs: board.pegs.filter((_, number) => !pegs.has(number)),
+    walls: board.walls.filter((_, number) => !walls.has(number)),
+  };
+}
+
+/** @param {Board} board @param {"edge" | "bin"} kind @param {number} index @returns {Board | null} null without another bin */
+function withoutBin(board, kind, index) {
   const { edges, multipliers, labels, y } = board.bins;
-  if (kind === "drop" || multipliers.length === 1) return null;
+  if (multipliers.length === 1) return null;
   // Without an edge its two bins become one, with the left one's multiplier.
   const edge = kind === "edge" ? index : index + (index < multipliers.length - 1 ? 1 : 0);
   const bin = kind === "edge" ? Math.min(index, multipliers.length - 1) : index;
@@ -160,76 +162,16 @@ export function without(board, ref) {
  * @returns {Made | null} with copies of the pegs and walls, shifted by `by` metres in x
  */
 export function duplicated(board, ref, by) {
-  if (ref.refs) return duplicatedGroup(board, ref.refs, by);
-  const { kind, index } = ref;
-  if (kind === "peg") {
-    const { x, y, radius } = board.pegs[index];
-    return withPeg(board, x + by, y, radius);
-  }
-  if (kind !== "wall") return null;
-  const { x1, y1, x2, y2 } = board.walls[index];
-  return withWall(board, x1 + by, y1, x2 + by, y2);
-}
-
-/**
- * @param {Board} board
- * @param {ElementRef[]} refs
- * @param {number} x
- * @param {number} y
- * @returns {Board} with the group moved so that its first element is at (x, y)
- */
-function movedGroup(board, refs, x, y) {
-  const from = placeOf(board, refs[0]);
-  const [dx, dy] = [x - from.x, y - from.y];
-  const [pegs, walls] = [[...board.pegs], [...board.walls]];
-  let { drop } = board;
-  for (const { kind, index } of refs) {
-    if (kind === "drop") drop = { ...drop, x: tidy(drop.x + dx), y: tidy(drop.y + dy) };
-    if (kind === "peg") {
-      const peg = pegs[index];
-      pegs[index] = { ...peg, x: tidy(peg.x + dx), y: tidy(peg.y + dy) };
-    }
-    if (kind === "wall") {
-      const { x1, y1, x2, y2 } = walls[index];
-      walls[index] = { x1: tidy(x1 + dx), y1: tidy(y1 + dy), x2: tidy(x2 + dx), y2: tidy(y2 + dy) };
-    }
-  }
-  return { ...board, pegs, walls, drop };
-}
-
-/**
- * @param {Board} board
- * @param {ElementRef[]} refs
- * @returns {Board} without the group's pegs and walls; the start remains
- */
-function withoutGroup(board, refs) {
-  /** @param {ElementRef["kind"]} kind */
-  const gone = (kind) => new Set(refs.filter((ref) => ref.kind === kind).map((ref) => ref.index));
-  const [pegs, walls] = [gone("peg"), gone("wall")];
-  return {
-    ...board,
-    pegs: board.pegs.filter((_, index) => !pegs.has(index)),
-    walls: board.walls.filter((_, index) => !walls.has(index)),
-  };
-}
-
-/**
- * @param {Board} board
- * @param {ElementRef[]} refs
- * @param {number} by
- * @returns {Made | null} with copies of its pegs and walls, which are the new group
- */
-function duplicatedGroup(board, refs, by) {
-  let made = board;
+  /** @type {Made<ElementRef>[]} */
   const copies = [];
-  for (const ref of refs) {
-    const one = duplicated(made, ref, by);
-    if (!one) continue;
-    made = one.board;
-    copies.push(...membersOf(one.ref));
+  for (const { kind, index } of membersOf(ref)) {
+    const made = copies.at(-1)?.board ?? board;
+    const [peg, wall] = [board.pegs[index], board.walls[index]];
+    if (kind === "peg") copies.push(withPeg(made, peg.x + by, peg.y, peg.radius));
+    if (kind === "wall") copies.push(withWall(made, wall.x1 + by, wall.y1, wall.x2 + by, wall.y2));
   }
-  const ref = groupOf(copies);
-  return ref && { board: made, ref };
+  const all = groupOf(copies.map((copy) => copy.ref));
+  return all && { board: copies[copies.length - 1].board, ref: all };
 }
 
 /** Rounds to 12 digits, so that sums of decimal steps stay short. @param {number} value */

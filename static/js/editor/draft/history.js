@@ -6,47 +6,38 @@ const KEPT = 200;
 
 /** Keeps references to boards, which suffices because no board is changed in place. */
 export class EditHistory {
-  /** @type {Board[]} */
-  #past = [];
-  /** @type {Board[]} */
-  #future = [];
+  /** @type {Board[]} the oldest first */
+  #boards;
+  #at = 0;
 
   /** @param {Board} board */
   constructor(board) {
-    this.board = board;
+    this.#boards = [board];
+  }
+
+  get board() {
+    return this.#boards[this.#at];
   }
 
   get canUndo() {
-    return this.#past.length > 0;
+    return this.#at > 0;
   }
 
   get canRedo() {
-    return this.#future.length > 0;
+    return this.#at < this.#boards.length - 1;
   }
 
   /** @param {Board} board becomes the current one */
   push(board) {
     if (board === this.board) return;
-    this.#past = [...this.#past, this.board].slice(-KEPT);
-    this.#future = [];
-    this.board = board;
+    this.#boards = [...this.#boards.slice(0, this.#at + 1), board].slice(-KEPT);
+    this.#at = this.#boards.length - 1;
   }
 
-  /** @returns {boolean} whether there was something to undo */
-  undo() {
-    const before = this.#past.pop();
-    if (!before) return false;
-    this.#future.push(this.board);
-    this.board = before;
-    return true;
-  }
-
-  /** @returns {boolean} whether there was something to redo */
-  redo() {
-    const after = this.#future.pop();
-    if (!after) return false;
-    this.#past.push(this.board);
-    this.board = after;
+  /** @param {"undo" | "redo"} way @returns {boolean} whether there was something to undo or to redo */
+  travel(way) {
+    if (way === "undo" ? !this.canUndo : !this.canRedo) return false;
+    this.#at += way === "undo" ? -1 : 1;
     return true;
   }
 }
