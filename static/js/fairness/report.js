@@ -1,8 +1,11 @@
-// Shows the checks of a fair session on the page: which hold, both values of each, and the verdict.
+// Shows the checks of a fair session on the page: which hold, both values of each, and the verdict. The table's page
+// fetches it for the first check.
 
+import { openSolver } from "../solver/solver.js";
 import { t } from "../texts/text.js";
 import { make, say } from "../util/dom.js";
 import { checkSession } from "./check.js";
+import { hexOf, sha256 } from "./crypto.js";
 import { value } from "./value.js";
 
 /** @import { Step, Tools } from "./check.js" */
@@ -11,6 +14,17 @@ import { value } from "./value.js";
 const MOST_ROWS = 50; // of drops that hold
 
 /** @typedef {{verdict: HTMLElement, list: HTMLElement}} Places elements for the verdict and the steps */
+
+export { readExport } from "./export.js";
+
+/** Loads the solver and its digest. @returns {Promise<Tools>} */
+export async function openTools() {
+  const url = new URL("../solver/kernels.wasm", import.meta.url);
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url.href} could not be loaded: HTTP status ${response.status}`);
+  const bytes = await response.arrayBuffer();
+  return { solver: await openSolver(bytes), kernelDigest: hexOf(await sha256(new Uint8Array(bytes))) };
+}
 
 /**
  * Checks a session and shows the result.

@@ -49,7 +49,7 @@ export function showFairness(game) {
     wanted = false;
     say(verdict, "", t("page.computing"));
     try {
-      const { openTools, readExport, report } = await import("../../fairness/session-check.js");
+      const { openTools, readExport, report } = await import("../../fairness/report.js");
       const path = `sessions/${encodeURIComponent(session)}/export`;
       const exported = readExport(await getText(path, showingToken(game.storage, session)));
       const text = canonical({ ...exported, ...heard });
