@@ -17,15 +17,7 @@ export class Stage {
   constructor(theme, onLayout) {
     this.under = byId("board-marks", HTMLCanvasElement);
     this.over = byId("board-arrows", HTMLCanvasElement);
-    const canvases = {
-      still: byId("board-still", HTMLCanvasElement),
-      moving: byId("board-moving", HTMLCanvasElement),
-    };
-    this.view = new BoardView(canvases, theme, () => onLayout());
-    theme.onChange(() => {
-      this.view.repaint();
-      onLayout();
-    });
+    this.view = new BoardView(theme, onLayout);
   }
 
   get geometry() {

@@ -5,7 +5,7 @@ import { ALL_GROUNDS, paintField, paintFront } from "../paint/board.js";
 import { layOut, ratioOf } from "../paint/geometry.js";
 import { t } from "../texts/text.js";
 import { contextOf } from "../util/canvas.js";
-import { parentOf } from "../util/dom.js";
+import { byId, parentOf } from "../util/dom.js";
 import { multiplier } from "../util/format.js";
 import { nextFrame } from "../util/frame-loop.js";
 import { ScenePainter } from "./scene-painter.js";
@@ -18,7 +18,10 @@ import { announceShape, StageFit } from "./stage-fit.js";
 /** @import { Overlay } from "./scene-painter.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
-/** Draws a board and the scenes on it. `onLayout(geometry)` is called in the next frame, and when the size has changed. */
+/**
+ * Draws a board and the scenes on it. `onLayout(geometry)` is called in the next frame, and when size or colours have
+ * changed.
+ */
 export class BoardView {
   /** @type {Geometry | null} */
   geometry = null;
@@ -31,20 +34,23 @@ export class BoardView {
   #fresh = 0;
 
   /**
-   * @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases the second on top
    * @param {Theme} theme
    * @param {(geometry: Geometry) => void} onLayout
    * @param {Grounds} [grounds] which backdrops to paint
    */
-  constructor({ still, moving }, theme, onLayout, grounds = ALL_GROUNDS) {
-    this.still = still;
-    this.box = parentOf(still);
-    this.moving = moving;
+  constructor(theme, onLayout, grounds = ALL_GROUNDS) {
+    this.still = byId("board-still", HTMLCanvasElement);
+    this.box = parentOf(this.still);
+    this.moving = byId("board-moving", HTMLCanvasElement);
     this.theme = theme;
     this.onLayout = onLayout;
     this.grounds = grounds;
     this.fit = new StageFit(this.box, () => this.relayout());
     this.#followDensity();
+    theme.onChange(() => {
+      this.repaint();
+      if (this.geometry) onLayout(this.geometry);
+    });
   }
 
   /** @returns {Board | null} */

@@ -2,7 +2,7 @@
 
 import { binBox } from "../paint/board.js";
 import { paintRing } from "../paint/marks.js";
-import { zoom } from "../util/canvas.js";
+import { strokeLine, zoom } from "../util/canvas.js";
 import { placeOf } from "./draft/element.js";
 import { membersOf } from "./draft/group.js";
 
@@ -122,11 +122,7 @@ export function paintCursor({ ctx, geometry }, { x, y }, { flash, railShade }) {
   for (const line of [{ colour: railShade, width: 4 }, { colour: flash, width: 2 }]) {
     ctx.strokeStyle = line.colour;
     ctx.lineWidth = line.width;
-    ctx.beginPath();
-    ctx.moveTo(px(x) - 12, py(y));
-    ctx.lineTo(px(x) + 12, py(y));
-    ctx.moveTo(px(x), py(y) - 12);
-    ctx.lineTo(px(x), py(y) + 12);
-    ctx.stroke();
+    strokeLine(ctx, px(x) - 12, py(y), px(x) + 12, py(y));
+    strokeLine(ctx, px(x), py(y) - 12, px(x), py(y) + 12);
   }
 }

@@ -39,9 +39,8 @@ export class EditorView {
     this.theme = theme;
     this.still = byId("board-still", HTMLCanvasElement);
     this.field = byId("field", HTMLCanvasElement);
-    this.box = parentOf(this.still);
     this.onLayout = onLayout;
-    this.fit = new StageFit(this.box, () => this.#layOut());
+    this.fit = new StageFit(parentOf(this.still), () => this.#layOut());
     theme.onChange(() => this.#layOut());
   }
 

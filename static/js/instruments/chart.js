@@ -1,7 +1,7 @@
 // A chart over time or count: areas, lines, ticks for events, and one marked place.
 
 import { figure, powerText, powerTicks, ticks } from "../util/scale.js";
-import { disc, fitted, sheetContext } from "../util/canvas.js";
+import { disc, fitted, strokeLine, sheetContext } from "../util/canvas.js";
 
 /** @import { Palette, Theme } from "../paint/theme.js" */
 /** @import { Point } from "../model/board.js" */
@@ -224,10 +224,7 @@ function paintLimit({ ctx, width, height, font, margin, py, palette }, { y, text
   ctx.strokeStyle = palette.ballLight;
   ctx.lineWidth = 1.5;
   ctx.setLineDash([6, 4]);
-  ctx.beginPath();
-  ctx.moveTo(margin.left, py(y));
-  ctx.lineTo(width - margin.right, py(y));
-  ctx.stroke();
+  strokeLine(ctx, margin.left, py(y), width - margin.right, py(y));
   ctx.restore();
   // On a low plot the text would cover curves and events. The page contains it too.
   if (height - margin.top - margin.bottom < LIMIT_LINES * font) return;

@@ -1,7 +1,7 @@
 // Paints what never moves: plate, rails, pegs and bins. Called only when size or theme change.
 
 import { labelOf, sidesOf, startSpan } from "../model/board.js";
-import { disc } from "../util/canvas.js";
+import { disc, strokeLine } from "../util/canvas.js";
 import { multiplier } from "../util/format.js";
 import { GROUNDS, paintEnamel, SURROUNDINGS } from "./ground.js";
 import { paintPeg } from "./peg.js";
@@ -124,7 +124,9 @@ function paintHopper({ ctx, geometry: { px, dropY, scale }, board, look: { palet
   }
   const { x } = board.drop;
   const span = startSpan(board.drop);
-  stroke(ctx, px(x - span), dropY, px(x + span), dropY, 2 * radius + 6, colours.railShade);
+  ctx.strokeStyle = colours.railShade;
+  ctx.lineWidth = 2 * radius + 6;
+  strokeLine(ctx, px(x - span), dropY, px(x + span), dropY);
 }
 
 /** @param {Sheet} sheet */
@@ -147,15 +149,17 @@ function paintRails({ ctx, geometry: { px, py, metre }, board, look: { palette: 
   const { metres, least, shade } = shapes.rail;
   const width = Math.max(least, metres * metre);
   ctx.lineCap = "round";
+  ctx.lineWidth = width;
   const sides = sidesOf(board);
-  /** @param {string} colour @param {number} right @param {number} down CSS pixels */
-  const rails = (colour, right, down) => board.walls.forEach((wall, number) => {
-    // A wall has no thickness. The rail of a side lies outside of it, so that balls touch its inner edge.
-    const across = sides[number] * (width / 2) + right;
-    stroke(ctx, px(wall.x1) + across, py(wall.y1) + down, px(wall.x2) + across, py(wall.y2) + down, width, colour);
-  });
-  rails(colours.railShade, shade[0], shade[1]); // before all rails, so that no shadow covers a rail
-  rails(colours.rail, 0, 0);
+  // All shades come before the rails, so that none covers a rail.
+  for (const [colour, right, down] of /** @type {const} */ ([[colours.railShade, ...shade], [colours.rail, 0, 0]])) {
+    ctx.strokeStyle = colour;
+    board.walls.forEach((wall, number) => {
+      // A wall has no thickness. The rail of a side lies outside of it, so that balls touch its inner edge.
+      const across = sides[number] * (width / 2) + right;
+      strokeLine(ctx, px(wall.x1) + across, py(wall.y1) + down, px(wall.x2) + across, py(wall.y2) + down);
+    });
+  }
 }
 
 /**
@@ -225,22 +229,4 @@ function paintLabel(ctx, { text, ink, size }, { x, y, width, height }) {
   ctx.textBaseline = "middle";
   ctx.fillStyle = ink;
   ctx.fillText(text, x + width / 2, y + height / 2 + 0.06 * size);
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {number} x1
- * @param {number} y1
- * @param {number} x2
- * @param {number} y2
- * @param {number} width
- * @param {string} colour
- */
-function stroke(ctx, x1, y1, x2, y2, width, colour) {
-  ctx.strokeStyle = colour;
-  ctx.lineWidth = width;
-  ctx.beginPath();
-  ctx.moveTo(x1, y1);
-  ctx.lineTo(x2, y2);
-  ctx.stroke();
 }

@@ -1,7 +1,7 @@
 // Paints the backdrops of boards: the print on the plate, and the scene around it. All measures are in
 // theme.json; app/render/parts/ground.py paints the same for pictures.
 
-import { disc } from "../util/canvas.js";
+import { disc, strokeLine } from "../util/canvas.js";
 
 /** @import { Grounds, Palette, Planet } from "./theme.js" */
 
@@ -229,10 +229,7 @@ function plates(ctx, { width, height, colours, grounds: { step, plates: { plate 
   ctx.lineWidth = 1;
   for (let y = 1; y < height; y += every) {
     ctx.globalAlpha = alphas[0] + alphas[1] * ((y * step) % 1);
-    ctx.beginPath();
-    ctx.moveTo(0, y);
-    ctx.lineTo(width, y);
-    ctx.stroke();
+    strokeLine(ctx, 0, y, width, y);
   }
   for (const at of seams) {
     const y = Math.round(at * height);

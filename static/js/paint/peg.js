@@ -1,6 +1,6 @@
 // Paints one peg: its light, and the mark of its material.
 
-import { disc } from "../util/canvas.js";
+import { disc, strokeLine } from "../util/canvas.js";
 
 /** @import { Mark, Palette, PegShape } from "./theme.js" */
 
@@ -49,9 +49,6 @@ const MARKS = {
   },
   line: (ctx, { x, y, r }, [x1, y1, x2, y2, wide]) => {
     ctx.lineWidth = wide * r;
-    ctx.beginPath();
-    ctx.moveTo(x + x1 * r, y + y1 * r);
-    ctx.lineTo(x + x2 * r, y + y2 * r);
-    ctx.stroke();
+    strokeLine(ctx, x + x1 * r, y + y1 * r, x + x2 * r, y + y2 * r);
   },
 };

@@ -1,13 +1,13 @@
 // A magnified view of the ball and its surroundings, with its rotation, and its velocity or an impact's impulse.
 
-import { paintArrow, paintPath } from "../paint/marks.js";
-import { disc, fitted } from "../util/canvas.js";
+import { paintArrow, paintPath, paintRing } from "../paint/marks.js";
+import { disc, fitted, strokeLine } from "../util/canvas.js";
 
 /** @import { Impact } from "../model/impact.js" */
 /** @import { State } from "../model/motion/flight.js" */
 /** @import { Palette, Theme } from "../paint/theme.js" */
 /** @import { Replay } from "./replay.js" */
-/** @import { Board, Point, Wall } from "../model/board.js" */
+/** @import { Board, Point } from "../model/board.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 
 const REACH = 4; // ball radii from the middle to the rim
@@ -87,18 +87,12 @@ export class CloseUp {
       disc(ctx, px(x), py(y), radius * scale);
       ctx.stroke();
     }
-    /** @param {string} colour @param {Wall} wall */
-    const line = (colour, { x1, y1, x2, y2 }) => {
-      ctx.strokeStyle = colour;
-      ctx.beginPath();
-      ctx.moveTo(px(x1), py(y1));
-      ctx.lineTo(px(x2), py(y2));
-      ctx.stroke();
-    };
     ctx.lineWidth = 2;
-    for (const wall of board.walls) line(palette.rail, wall);
+    ctx.strokeStyle = palette.rail;
+    for (const { x1, y1, x2, y2 } of board.walls) strokeLine(ctx, px(x1), py(y1), px(x2), py(y2));
     const { y, edges } = board.bins;
-    line(palette.trayMark, { x1: edges[0], y1: y, x2: edges[edges.length - 1], y2: y });
+    ctx.strokeStyle = palette.trayMark;
+    strokeLine(ctx, px(edges[0]), py(y), px(edges[edges.length - 1]), py(y));
   }
 
   /** Paints a disc with a stripe, which shows the rotation. @param {Lens} lens @param {State} state */
@@ -115,11 +109,7 @@ export class CloseUp {
     ctx.fillStyle = ballBand;
     ctx.fillRect(-radius, -0.12 * radius, 2 * radius, 0.24 * radius);
     ctx.restore();
-    ctx.strokeStyle = ballDark;
-    ctx.lineWidth = 1.5;
-    ctx.beginPath();
-    ctx.arc(px(x), py(y), radius, 0, 2 * Math.PI);
-    ctx.stroke();
+    paintRing(ctx, px(x), py(y), radius, { colour: ballDark, width: 1.5 });
   }
 }
 

@@ -51,12 +51,8 @@ export class SandboxPage {
 
   /** @param {Theme} theme @param {string | Machine} played a room's ID, or the machine that computes a private box */
   constructor(theme, played) {
-    const canvases = {
-      still: byId("board-still", HTMLCanvasElement),
-      moving: byId("board-moving", HTMLCanvasElement),
-    };
     this.loop = new FrameLoop((now) => this.#draw(now));
-    this.view = new SandboxView(canvases, theme, () => this.loop.wake());
+    this.view = new SandboxView(theme, () => this.loop.wake());
     this.chart = new Chart(byId("energy", HTMLCanvasElement), theme);
     this.history = new EnergyHistory();
     this.throwing = new Dials(byId("throw-sliders"), THROW, undefined, byId("throw-more"));

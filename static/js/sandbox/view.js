@@ -5,8 +5,8 @@ import { makeSprite, paintBall } from "../paint/ball.js";
 import { paintEnamel } from "../paint/ground.js";
 import { paintArrow, paintRing } from "../paint/marks.js";
 import { shaded } from "../paint/stamps.js";
-import { contextOf, disc } from "../util/canvas.js";
-import { parentOf } from "../util/dom.js";
+import { disc, fitted, strokeLine } from "../util/canvas.js";
+import { byId, parentOf } from "../util/dom.js";
 
 /** @import { Theme } from "../paint/theme.js" */
 /** @import { Seen } from "./room.js" */
@@ -45,15 +45,13 @@ export class SandboxView {
   #width = 0;
   #density = 0;
 
-  /** @param {{still: HTMLCanvasElement, moving: HTMLCanvasElement}} canvases
-   *  @param {Theme} theme @param {() => void} onLayout */
-  constructor({ still, moving }, theme, onLayout) {
-    this.still = still;
-    this.box = parentOf(still);
-    this.moving = moving;
+  /** @param {Theme} theme @param {() => void} onLayout */
+  constructor(theme, onLayout) {
+    this.still = byId("board-still", HTMLCanvasElement);
+    this.moving = byId("board-moving", HTMLCanvasElement);
     this.theme = theme;
     this.onLayout = onLayout;
-    this.fit = new StageFit(this.box, () => this.relayout());
+    this.fit = new StageFit(parentOf(this.still), () => this.relayout());
     theme.onChange(() => this.repaint());
   }
 
@@ -79,11 +77,7 @@ export class SandboxView {
     this.#density = density;
     this.scale = (width - 2 * pad) / (x1 - x0);
     this.#height = Math.round((y1 - y0) * this.scale + 2 * pad);
-    for (const canvas of [this.still, this.moving]) {
-      canvas.width = Math.round(width * density);
-      canvas.height = Math.round(this.#height * density);
-      canvas.style.height = `${this.#height}px`;
-    }
+    for (const canvas of [this.still, this.moving]) canvas.style.height = `${this.#height}px`;
     this.repaint();
   }
 
@@ -111,8 +105,7 @@ export class SandboxView {
   repaint() {
     if (!this.scale || !this.#geometry) return;
     this.#sprites.clear();
-    const ctx = contextOf(this.still);
-    ctx.setTransform(this.#density, 0, 0, this.#density, 0, 0);
+    const ctx = fitted(this.still, { width: this.#width, height: this.#height });
     this.#paintBackground(ctx);
     this.#paintGeometry(ctx, this.#geometry);
     this.onLayout();
@@ -140,6 +133,7 @@ export class SandboxView {
     ctx.strokeStyle = palette.rail;
     const { least, most, metres } = this.theme.shapes.box;
     const width = Math.max(least, Math.min(most, metres * this.scale));
+    ctx.lineWidth = width;
     const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = this.extent;
     for (const wall of walls) {
       // A wall has no thickness. On the rim its rail is drawn outside, so that balls touch the rail's edge.
@@ -147,11 +141,7 @@ export class SandboxView {
       const atY = wall.y1 === wall.y2 && (wall.y1 === y0 || wall.y1 === y1);
       const dx = atX ? Math.sign(2 * wall.x1 - x0 - x1) * (width / 2) : 0;
       const dy = atY ? Math.sign(2 * wall.y1 - y0 - y1) * (width / 2) : 0;
-      ctx.lineWidth = width;
-      ctx.beginPath();
-      ctx.moveTo(this.px(wall.x1) + dx, this.py(wall.y1) + dy);
-      ctx.lineTo(this.px(wall.x2) + dx, this.py(wall.y2) + dy);
-      ctx.stroke();
+      strokeLine(ctx, this.px(wall.x1) + dx, this.py(wall.y1) + dy, this.px(wall.x2) + dx, this.py(wall.y2) + dy);
     }
     ctx.fillStyle = palette.peg;
     for (const peg of pegs) disc(ctx, this.px(peg.x), this.py(peg.y), peg.radius * this.scale);
@@ -165,10 +155,7 @@ export class SandboxView {
   /** @param {Seen[]} balls @param {Aim} aim */
   draw(balls, aim) {
     if (!this.scale) return;
-    const ctx = contextOf(this.moving);
-    const density = this.#density;
-    ctx.setTransform(density, 0, 0, density, 0, 0);
-    ctx.clearRect(0, 0, this.#width, this.#height);
+    const ctx = fitted(this.moving, { width: this.#width, height: this.#height });
     for (const ball of balls) this.#paintBall(ctx, ball);
     const ring = { colour: this.theme.palette.flash, width: 2 };
     for (const { id, x, y, radius } of balls) {

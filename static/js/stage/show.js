@@ -57,15 +57,12 @@ export class Show {
     this.theme = theme;
     this.loop = new FrameLoop((now) => this.#draw(now));
     const wake = () => this.loop.wake();
-    const canvases = {
-      still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
-    };
     this.idle = new Idle(wake);
     this.figures = new Figures(options.room);
     const around = options.ground === null;
     const news = this.#subscribed(wake);
     this.tray = options.tray && new StageTray(options, theme, news);
-    this.view = new BoardView(canvases, theme, (geometry) => {
+    this.view = new BoardView(theme, (geometry) => {
       this.tray?.histogram.layOut(geometry);
       wake();
     }, { around, plate: options.plate });
@@ -77,10 +74,6 @@ export class Show {
     this.room = new Room(options.room, {
       news, streams, solver, wallet: new Wallet(NOTHING_KEPT), self: null,
       fair: (send) => new NoSession(options.room, NOTHING_KEPT, news, send),
-    });
-    theme.onChange(() => {
-      this.view.repaint();
-      wake();
     });
     document.addEventListener("visibilitychange", wake);
   }

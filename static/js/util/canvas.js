@@ -46,14 +46,20 @@ export function zoom() {
   return parseFloat(getComputedStyle(document.documentElement).fontSize) / 16;
 }
 
-/**
- * @param {CanvasPath & CanvasDrawPath} ctx
- * @param {number} x
- * @param {number} y
- * @param {number} radius
- */
+/** Fills a disc. @param {CanvasPath & CanvasDrawPath} ctx @param {number} x @param {number} y @param {number} radius */
 export function disc(ctx, x, y, radius) {
   ctx.beginPath();
   ctx.arc(x, y, radius, 0, 2 * Math.PI);
   ctx.fill();
+}
+
+/**
+ * Strokes a straight line.
+ * @param {CanvasPath & CanvasDrawPath} ctx @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2
+ */
+export function strokeLine(ctx, x1, y1, x2, y2) {
+  ctx.beginPath();
+  ctx.moveTo(x1, y1);
+  ctx.lineTo(x2, y2);
+  ctx.stroke();
 }

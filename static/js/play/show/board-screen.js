@@ -2,7 +2,6 @@
 
 import { BoardView } from "../../board/view.js";
 import { emptyScene } from "../../model/scene.js";
-import { byId } from "../../util/dom.js";
 import { FrameLoop } from "../../util/frame-loop.js";
 import { followPointer } from "../desk/pointer.js";
 import { showNotices } from "../panels/notices.js";
@@ -34,10 +33,7 @@ export class BoardScreen {
     this.loop = new FrameLoop((now) => this.#draw(now));
     const wake = () => this.loop.wake();
     this.tray = showTray(game, theme);
-    const canvases = {
-      still: byId("board-still", HTMLCanvasElement), moving: byId("board-moving", HTMLCanvasElement),
-    };
-    this.view = new BoardView(canvases, theme, (geometry) => {
+    this.view = new BoardView(theme, (geometry) => {
       this.tray.histogram.layOut(geometry);
       this.#show?.layOut();
       wake();
@@ -47,10 +43,6 @@ export class BoardScreen {
     this.sound = offerSound(game);
     this.hover = followPointer(game, this.view);
     this.#subscribe(wake);
-    theme.onChange(() => {
-      this.view.repaint();
-      wake();
-    });
     document.addEventListener("visibilitychange", wake);
   }
 
