@@ -1,6 +1,6 @@
 // Code that the pages about drops share: start-up, failures, links, and the form for another drop.
 
-import { MAIN_BOARD, MAIN_ROOM, readBoardName, WORLDS } from "../model/presets.js";
+import { MAIN_ROOM, readBoardName, WORLDS } from "../model/presets.js";
 import { Visited } from "../model/player/visited.js";
 import { readSeed } from "../model/seed.js";
 import { worldWords } from "../model/worlds.js";
@@ -17,10 +17,6 @@ import { local } from "../util/storage.js";
 
 /** @import { DropAddress } from "../net/drop-address.js" */
 /** @import { BoardList } from "../net/replies.js" */
-
-/** Shown if the page's address names no board. */
-export const DEFAULT_BOARD = MAIN_BOARD;
-export const DEFAULT_SEED = "42";
 
 /**
  * Runs a page; if that fails, shows why.
@@ -90,46 +86,33 @@ export async function fillBoards(value, name) {
 }
 
 /**
- * Whether all these fields contain seeds. Otherwise it shows a message about the first invalid one, and
- * focuses it.
- * @param {HTMLInputElement[]} fields @param {string} needs the message for an empty field
- * @param {HTMLElement} [note] shows it
+ * Whether a field contains a seed, which it then shows without leading zeros.
+ * @param {HTMLInputElement} field @param {string} needs the message for an empty field @param {HTMLElement} [note] shows it
  */
-export function holdSeeds(fields, needs, note = byId("other-note")) {
-  for (const field of fields) {
-    const reading = readSeed(field.value);
-    const good = reading.ok && reading.seed !== null;
-    field.setAttribute("aria-invalid", String(!good));
-    note.hidden = good;
-    if (good) {
-      field.value = String(reading.seed); // without leading zeros
-      continue;
-    }
-    say(note, "bad", reading.ok ? needs : reading.message);
-    field.focus();
-    return false;
-  }
-  return true;
+export function holdSeed(field, needs, note = byId("other-note")) {
+  const reading = readSeed(field.value);
+  return hold(field, reading.ok ? reading.seed : null, note, reading.ok ? needs : reading.message);
+}
+
+/** Whether a field is empty or contains a number, which it then shows as REST takes it. @param {HTMLInputElement} field */
+export function holdNumber(field) {
+  const text = field.value.trim();
+  return hold(field, text && decimalOf(text), byId("other-note"), noNumber(text));
 }
 
 /**
- * Whether a field is empty or contains a number, which it then shows as REST takes it. Otherwise it shows a message, and
- * focuses the field.
- * @param {HTMLInputElement} field @param {(text: string) => string | null} [read] of util/number-text.js
+ * Puts a value into a field. If it has none, shows a message about the field, and focuses it.
+ * @param {HTMLInputElement} field @param {string | null} value @param {HTMLElement} note @param {string} message
  */
-export function holdNumber(field, read = decimalOf) {
-  const note = byId("other-note");
-  const text = field.value.trim();
-  const number = text === "" ? "" : read(text);
-  field.setAttribute("aria-invalid", String(number === null));
-  note.hidden = number !== null;
-  if (number !== null) {
-    field.value = number;
-    return true;
+function hold(field, value, note, message) {
+  field.setAttribute("aria-invalid", String(value === null));
+  note.hidden = value !== null;
+  if (value !== null) field.value = value;
+  else {
+    say(note, "bad", message);
+    field.focus();
   }
-  say(note, "bad", noNumber(text));
-  field.focus();
-  return false;
+  return value !== null;
 }
 
 /** Makes the links to the other pages lead to this drop. @param {DropAddress} drop */

@@ -58,8 +58,8 @@ export class BoardView {
     return this.#shown?.board ?? null;
   }
 
-  /** @param {Board} board @param {number[]} slots */
-  setBoard(board, slots) {
+  /** @param {Board} board @param {number[]} [slots] */
+  setBoard(board, slots = board.drop.slots ?? []) {
     this.geometry = null;
     this.#painter = null;
     announceShape(ratioOf(board));

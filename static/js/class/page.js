@@ -9,11 +9,10 @@ import { byId, check, make, onChoice, onClick, parentOf, radioValue } from "../u
 import { saveFile } from "../util/file.js";
 import { fixed, metric, percent, plain } from "../util/format.js";
 import { FrameLoop } from "../util/frame-loop.js";
-import { csvOf } from "./csv.js";
 import { changed, readLesson, VIEWS, writeLesson } from "./lesson.js";
 import { overlap } from "./statistics.js";
 import { TrialView } from "./trial-view.js";
-import { Trial } from "./trial.js";
+import { csvOf, Trial } from "./trial.js";
 import { fillTable, LessonView, numbersOf, surpriseOf } from "./view.js";
 
 /** @import { Theme } from "../paint/theme.js" */

@@ -21,6 +21,7 @@ import { Fall } from "./fall.js";
  * @property {number[]} rights for each row, how many balls went right there
  */
 
+const COMMA = /,/; // a language with decimal commas separates columns by semicolons
 const WORK_MS = 8; // of computing, per frame
 const SEEDS = 2 ** 32; // a spreadsheet shows them whole
 
@@ -178,4 +179,13 @@ export class Trial {
 /** @returns {number} */
 function newSeed() {
   return crypto.getRandomValues(new Uint32Array(1))[0];
+}
+
+/** @param {Trial[]} trials @param {string} language of the spreadsheet @returns {string} all landed balls, a line for each */
+export function csvOf(trials, language) {
+  const separator = COMMA.test((0.5).toLocaleString(language)) ? ";" : ",";
+  const lines = [["board", "run", "ball", "seed", "right", "rows"]];
+  trials.forEach(({ runs, setting: { rows } }, board) => runs.forEach(({ bins, seeds }, run) =>
+    bins.forEach((bin, ball) => lines.push([board + 1, run + 1, ball + 1, seeds[ball] ?? "", bin, rows].map(String)))));
+  return lines.map((line) => `${line.join(separator)}\r\n`).join("");
 }

@@ -7,7 +7,7 @@ import { moved, placeOf, tidy, withPeg, withSplit, withWall } from "./draft/elem
 import { contains, groupOf, inside, membersOf, toggled } from "./draft/group.js";
 
 /** @import { Board, Point, Wall } from "../model/board.js" */
-/** @import { ElementRef, Made, Ref } from "./draft/element.js" */
+/** @import { ElementRef, Ref } from "./draft/element.js" */
 /** @import { EditorView } from "./view.js" */
 
 const REACH = 14; // how far from an element a finger may be, CSS pixels
@@ -115,12 +115,6 @@ export class PointerController {
     else this.listener.onSelect(null);
   }
 
-  /** Forgets the tap if the finger has moved too far. @param {Point} place */
-  #tremble({ x, y }) {
-    const tap = this.#tap;
-    if (tap && Math.hypot(x - tap.x, y - tap.y) * this.view.scale > REACH) this.#tap = null;
-  }
-
   /** How far from an element the pointer may be, m. */
   get #reach() {
     return (REACH * zoom()) / this.view.scale;
@@ -169,7 +163,9 @@ export class PointerController {
     const drag = this.#drag;
     const place = this.view.placeOf(event);
     if (!place) return;
-    this.#tremble(place);
+    const tap = this.#tap;
+    // A finger that has moved too far does not tap.
+    if (tap && Math.hypot(place.x - tap.x, place.y - tap.y) * this.view.scale > REACH) this.#tap = null;
     if (this.band) {
       Object.assign(this.band, { x1: place.x, y1: place.y });
       this.listener.onMark();
@@ -246,7 +242,7 @@ export class PointerController {
   #key(event) {
     const { key, ctrlKey, metaKey, altKey, shiftKey } = event;
     if (altKey) return;
-    const command = ctrlKey || metaKey ? commandOf(key.toLowerCase(), shiftKey) : plainCommand(key, shiftKey);
+    const command = commandOf(event);
     const arrow = ctrlKey || metaKey ? undefined : ARROWS[key];
     if (command) this.listener.onCommand(command);
     else if (arrow) this.#nudge(arrow, shiftKey);
@@ -280,7 +276,8 @@ export class PointerController {
       else this.listener.onSelect(found);
       if (!found) this.listener.onSay(t("editor.nothing-there"));
     } else if (tool === "peg") {
-      this.#add(withPeg(board, x, y, pegRadius));
+      // What keys add is not selected, so that the arrow keys still move the cross.
+      this.listener.onChange(withPeg(board, x, y, pegRadius).board, null);
     } else if (tool === "edge") {
       this.#split(x);
       this.listener.onSelect(null);
@@ -290,17 +287,10 @@ export class PointerController {
     } else {
       const from = this.#wallFrom;
       this.#wallFrom = null;
-      if (Math.hypot(x - from.x, y - from.y) >= LEAST_WALL) this.#add(withWall(board, from.x, from.y, x, y));
+      const made = withWall(board, from.x, from.y, x, y).board;
+      if (Math.hypot(x - from.x, y - from.y) >= LEAST_WALL) this.listener.onChange(made, null);
       else this.listener.onSay(t("editor.wall-ends"));
     }
-  }
-
-  /**
-   * Adds an element by keys. It is not selected, so that the arrow keys still move the cross.
-   * @param {Made} made
-   */
-  #add({ board }) {
-    this.listener.onChange(board, null);
   }
 
   #letGo() {
@@ -316,18 +306,15 @@ export class PointerController {
 /** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-/** @param {string} key @param {boolean} shift @returns {Command | undefined} */
-function plainCommand(key, shift) {
-  if (key === "PageDown") return shift ? "and-next" : "next";
-  if (key === "PageUp") return shift ? "and-last" : "last";
-  return key === "Delete" || key === "Backspace" ? "delete" : undefined;
-}
-
-/** @param {string} key pressed with Ctrl @param {boolean} shift @returns {Command | undefined} */
-function commandOf(key, shift) {
+/** @param {KeyboardEvent} event @returns {Command | undefined} */
+function commandOf({ key, ctrlKey, metaKey, shiftKey: shift }) {
   /** @type {Record<string, Command>} */
-  const commands = { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" };
-  return commands[key];
+  const commands = ctrlKey || metaKey
+    ? { z: shift ? "redo" : "undo", y: "redo", d: "duplicate", a: "all" }
+    : {
+      pagedown: shift ? "and-next" : "next", pageup: shift ? "and-last" : "last", delete: "delete", backspace: "delete",
+    };
+  return commands[key.toLowerCase()];
 }
 
 /** @param {Wall} wall */

@@ -21,10 +21,10 @@ const BEAD = 4; // CSS pixels: from this height on, each ball is drawn separatel
 
 /** Draws counts on a canvas, in columns under the board's bins. */
 export class Histogram {
-  /** @type {number[]} */
-  #counts = [];
+  /** By bin. @type {number[]} */
+  counts = [];
   /** @type {Expectation | null} */
-  #expected = null;
+  expected = null;
   /** Of the board above. @type {Geometry | null} */
   #above = null;
   /** @type {TrayGeometry | null} */
@@ -58,15 +58,15 @@ export class Histogram {
    */
   setBoard(board, counts, expected) {
     this.#board = board;
-    this.#counts = [...counts];
+    this.counts = [...counts];
     this.colours?.fit(counts);
-    this.#expected = expected;
+    this.expected = expected;
     this.#layOut();
   }
 
   /** @param {Expectation | null} expected */
   setExpected(expected) {
-    this.#expected = expected;
+    this.expected = expected;
     this.#told = 0;
     this.draw();
   }
@@ -80,16 +80,8 @@ export class Histogram {
 
   #heapUp() {
     if (this.#board && this.#geometry) {
-      this.#pile?.lay(this.#board, this.#geometry, this.#height, this.#counts);
+      this.#pile?.lay(this.#board, this.#geometry, this.#height, this.counts);
     }
-  }
-
-  get counts() {
-    return this.#counts;
-  }
-
-  get expected() {
-    return this.#expected;
   }
 
   /** @returns {number | null} how many balls a disc of the pile represents; null for bars */
@@ -102,9 +94,9 @@ export class Histogram {
    * @param {number} bin @param {Entry | null} entry where and how fast it landed, if known @param {string} [colour] its own
    */
   add(bin, entry, colour) {
-    this.#counts[bin] += 1;
+    this.counts[bin] += 1;
     this.colours?.add(bin, colour ?? null);
-    this.#pile?.update(this.#counts, entry);
+    this.#pile?.update(this.counts, entry);
     this.#stale = true;
   }
 
@@ -134,7 +126,7 @@ export class Histogram {
 
   get total() {
     let total = 0;
-    for (const count of this.#counts) total += count;
+    for (const count of this.counts) total += count;
     return total;
   }
 
@@ -168,8 +160,8 @@ export class Histogram {
     const { total } = this;
     const pile = this.#pile;
     const columnAt = columnsOf(board, geometry, height);
-    const expected = this.#expected?.chances.map((chance) => chance * Math.max(total, pile ? 0 : 1));
-    const most = Math.max(1, ...this.#counts, ...(expected ?? []));
+    const expected = this.expected?.chances.map((chance) => chance * Math.max(total, pile ? 0 : 1));
+    const most = Math.max(1, ...this.counts, ...(expected ?? []));
     const unit = (height - TOP) / Math.max(most, total ? 4 : 0.5);
     if (pile) pile.paint(ctx, board, geometry, height, (bin, ball) => this.#colourOf(board, bin, ball));
     else this.#paintBars({ ctx, columnAt, height }, board, unit);
@@ -187,7 +179,7 @@ export class Histogram {
   /** @param {number} total @returns {string} the alternative text */
   describe(total) {
     if (total === 0) return t("lab.histogram-none");
-    const bins = this.#counts.map((count, bin) => ({ count, bin })).filter(({ count }) => count);
+    const bins = this.counts.map((count, bin) => ({ count, bin })).filter(({ count }) => count);
     const parts = bins.map(({ count, bin }) => t("lab.histogram-bin", { bin, count }));
     return t("lab.histogram", { n: total, bins: parts.join(", ") });
   }
@@ -210,7 +202,7 @@ export class Histogram {
       ctx.lineTo(low.x, bottom);
       ctx.fill();
     };
-    this.#counts.forEach((count, bin) => {
+    this.counts.forEach((count, bin) => {
       if (unit >= BEAD) {
         for (let ball = 0; ball < count; ball += 1) {
           ctx.fillStyle = this.#colourOf(board, bin, ball);

@@ -13,7 +13,6 @@ import { local } from "../util/storage.js";
  * @typedef {ThemeData["shapes"]["peg"] & {mark?: Mark[]}} PegShape mark: shapes that paint/peg.js paints over the peg
  * @typedef {{shape: "disc" | "ring" | "stripe" | "line", at: number[], colour: string, alpha: number}} Mark
  *   at, by shape: x, y and radius; radius and width; y and height; both ends and width
- * @typedef {ThemeData["shapes"]["rail"]} RailShape least: CSS pixels
  * @typedef {Omit<ThemeData["shapes"], "peg"> & {peg: PegShape}} Shapes of the trail, only the player's own balls have a
  *   core; box: in CSS pixels, except `metres`
  *

@@ -48,11 +48,8 @@ export class CloseUp {
       py: (y) => width / 2 + (y - state.y) * scale,
     };
     this.#paintBoard(lens, board, state);
-    const near = 1.5 * REACH * radius;
     const { palette } = this.theme;
-    for (const stretch of stretches(path, state, near)) {
-      paintPath(ctx, lens, stretch, { colour: palette.trayMark, width: 1.5, alpha: 0.6 });
-    }
+    paintPath(ctx, lens, path, { colour: palette.trayMark, width: 1.5, alpha: 0.6 });
     this.#paintBall(lens, state);
     if (impact?.normal) {
       const { point, normal, impulse } = impact;
@@ -130,24 +127,4 @@ export function paintImpact(ctx, at, { normal, impulse, strongest, long }, palet
   const reach = (1.1 * long * Math.max(0.35, size / strongest)) / size;
   const push = { x: reach * impulse.x, y: reach * impulse.y };
   paintArrow(ctx, at, push, { colour: palette.trayBar, rim, width: long / 8 });
-}
-
-/**
- * The stretches of a path near a place.
- * @param {Point[]} path
- * @param {Point} point
- * @param {number} near
- */
-function* stretches(path, { x, y }, near) {
-  /** @type {Point[]} */
-  let stretch = [];
-  for (const point of path) {
-    const inside = Math.abs(point.x - x) < near && Math.abs(point.y - y) < near;
-    if (inside) stretch.push(point);
-    if (!inside && stretch.length) {
-      yield stretch;
-      stretch = [];
-    }
-  }
-  if (stretch.length) yield stretch;
 }

@@ -62,7 +62,7 @@ class Comparison {
     // The first ball is drawn on top, and hides the second while they coincide.
     two.addTo(scene, t, false);
     one.addTo(scene, t, true);
-    this.stage.draw(scene, (layer) => this.#paintPaths(layer, t));
+    this.stage.show(scene, (layer) => this.#paintPaths(layer, t));
     byId("now").textContent = t <= apart.end ? `${figure(apart.at(t))} m` : words("compare.one-landed");
     const hits = one.motion.hits.filter((hit) => hit.t <= t).length;
     this.chart.mark(this.againstHits ? hits : Math.min(t, apart.end));
@@ -151,20 +151,6 @@ function verdictOf(radius, apart) {
 }
 
 /**
- * Computes both drops. The second has its own seed or a shifted start.
- * @param {Board} board
- * @param {DropAddress} first
- * @param {string} shift
- * @param {string | null} withSeed
- * @returns {Promise<Pair>}
- */
-async function loadPair(board, first, shift, withSeed) {
-  const one = await Replay.compute(board, first);
-  const second = secondDrop(board, first, one.motion.start.x, shift, withSeed);
-  return { board, one, two: await Replay.compute(board, second), drops: [first, second] };
-}
-
-/**
  * The last bits of a double, with those marked that differ from another double's.
  * @param {number} x
  * @param {number} from
@@ -178,11 +164,15 @@ function bits(x, from) {
 }
 
 /**
+ * The second drop has its own seed, or a shifted start.
  * @param {Theme} theme @param {Board} board @param {DropAddress} drop
  * @param {URLSearchParams} search `with`: the second seed; `shift`: of the second start, without a seed
  */
 export async function compare(theme, board, drop, search) {
-  const pair = await loadPair(board, drop, readShift(search.get("shift")), search.get("with"));
+  const one = await Replay.compute(board, drop);
+  const second = secondDrop(board, drop, one.motion.start.x, readShift(search.get("shift")), search.get("with"));
+  /** @type {Pair} */
+  const pair = { board, one, two: await Replay.compute(board, second), drops: [drop, second] };
   const comparison = new Comparison(theme, pair);
   showBoth(pair, comparison.apart);
   showState("replay", words("page.compare"));

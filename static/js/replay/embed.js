@@ -25,7 +25,7 @@ export function embed(theme, replay, drop) {
       lastMs = now;
       if (time >= duration) tell();
     }
-    stage.draw(replay.sceneAt(time), ({ ctx, geometry }) => {
+    stage.show(replay.sceneAt(time), ({ ctx, geometry }) => {
       // Only the path so far: the rest would give the result away.
       const width = Math.max(1.5, 0.2 * board.ball.radius * geometry.scale);
       paintPath(ctx, geometry, replay.pathTo(time), { colour: theme.palette.trayMark, width, alpha: 0.8 });

@@ -1,6 +1,6 @@
 // The replay page: loads the drop that the address names, plays it, and shows the figures of each impact.
 
-import { fillBoards, holdNumber, holdSeeds, linkPages, openPage, showState } from "../board/page.js";
+import { fillBoards, holdNumber, holdSeed, linkPages, openPage, showState } from "../board/page.js";
 import { Stage } from "../board/stage.js";
 import { Chart } from "../instruments/chart.js";
 import { provenWords } from "../model/certificate.js";
@@ -91,7 +91,7 @@ class ReplayPage {
     if (this.guess.open && t >= replay.duration) this.#tell(this.guess.tell());
     this.energy.mark(Math.min(t, replay.duration));
     if (list.chosen >= 0 && t !== list.impacts[list.chosen].t) list.choose(-1);
-    this.stage.draw(replay.sceneAt(t), (layer) => this.#paintPath(layer, t), (layer) => this.#paintImpact(layer));
+    this.stage.show(replay.sceneAt(t), (layer) => this.#paintPath(layer, t), (layer) => this.#paintImpact(layer));
     this.#drawCloseUp(Math.min(t, replay.duration));
     list.follow(replay.motion.eventsBy(t) - 1);
     transport.show();
@@ -150,7 +150,7 @@ class ReplayPage {
   /** @param {PointerEvent} event */
   #pick(event) {
     const { stage, guess, replay: { motion } } = this;
-    const place = stage.placeOf(event);
+    const place = stage.aimOf(event);
     if (!place) return;
     if (guess.open) {
       guess.point(place);
@@ -202,7 +202,7 @@ function offerOther(drop, view) {
   x.value = String(drop.x ?? "");
   solver.value = drop.solver === "stepped" ? "stepped" : "";
   onSubmit("other", () => {
-    if (!holdSeeds([seedField], t("replay.needs-seed")) || !holdNumber(x)) return;
+    if (!holdSeed(seedField, t("replay.needs-seed")) || !holdNumber(x)) return;
     const asked = { board: other.value, seed: seedField.value, x: x.value, solver: solver.value };
     window.location.assign(replayLink(asked) + (view && `&${view}`));
   });
@@ -232,7 +232,7 @@ function offerComparison(drop, search) {
   show();
   onSubmit("versus", () => {
     const seeded = shift.value === "seed";
-    if (seeded && !holdSeeds([seed], t("compare.needs-seed"), byId("versus-note"))) return;
+    if (seeded && !holdSeed(seed, t("compare.needs-seed"), byId("versus-note"))) return;
     const { hash } = window.location; // may contain the board
     const asked = dropSearch({ ...drop, board: hash ? "" : drop.board });
     if (seeded) asked.set("with", seed.value);

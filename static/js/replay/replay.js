@@ -1,8 +1,8 @@
 // Replays a drop: loads or computes its record and states, and makes the scene at any time.
 
-import { DEFAULT_BOARD, DEFAULT_SEED } from "../board/page.js";
 import { Motion, samplesNeeded, upTo } from "../model/motion/drop.js";
 import { PEG } from "../model/motion/kinds.js";
+import { MAIN_BOARD } from "../model/presets.js";
 import { emptyScene } from "../model/scene.js";
 import { ApiError, getJson, getText, postJson } from "../net/api.js";
 import { boardInHash, unpackBoard } from "../net/board-link.js";
@@ -19,6 +19,7 @@ import { say } from "../util/dom.js";
 /** @import { BoardReply } from "../net/replies.js" */
 /** @import { Key } from "../texts/text.js" */
 
+const DEFAULT_SEED = "42"; // if the address names none
 const FLASH_SECONDS = 0.35;
 const HIT_SECONDS = 1.4;
 const PATH_RATE = 120; // points a second of the drawn path
@@ -155,7 +156,7 @@ export class Replay {
 export async function dropOf(asked) {
   // A new fragment is another board, but does not reload the page by itself.
   window.addEventListener("hashchange", () => window.location.reload());
-  const { board, address } = await boardOf(asked.board || DEFAULT_BOARD, window.location.hash);
+  const { board, address } = await boardOf(asked.board || MAIN_BOARD, window.location.hash);
   return { board, drop: { ...asked, board: address, seed: asked.seed || DEFAULT_SEED } };
 }
 

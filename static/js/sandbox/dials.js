@@ -60,11 +60,6 @@ export class Dials {
     }
   }
 
-  /** @param {boolean} disabled */
-  set disabled(disabled) {
-    for (const { input } of this.#rows.values()) input.disabled = disabled;
-  }
-
   /** @param {string} group @param {Dial} dial */
   #row(group, dial) {
     const id = `${group}-${dial.name}`;

@@ -49,10 +49,6 @@ export class EnergyHistory {
     while (this.rows.length > 2 && this.rows[1].t < row.t - SPAN) this.rows.shift();
   }
 
-  clear() {
-    this.rows = [];
-  }
-
   /** @returns {Plot} */
   plot() {
     const last = this.rows.at(-1)?.t ?? 0;

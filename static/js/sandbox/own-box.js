@@ -32,8 +32,6 @@ const PRESETS = {
 
 /** The private box; `begin` announces its first state. */
 export class OwnBox {
-  /** Radius and material of each ball. @type {Map<number, BallKind>} */
-  made = new Map();
   #measured = 0;
   #watching = true;
   #changed = 0;
@@ -54,6 +52,12 @@ export class OwnBox {
 
   get paused() {
     return this.world.paused;
+  }
+
+  /** Radius and material of each ball. @returns {Map<number, BallKind>} */
+  get made() {
+    const { table } = this.world.arena;
+    return new Map(Array.from({ length: table.n }, (_, row) => [table.id(row), table.kind(row)]));
   }
 
   /** @returns {Settings} */
@@ -207,7 +211,6 @@ export class OwnBox {
     }
     const made = { radius, ...madeOf };
     const ball = this.#carryOut({ type: "add", x, y, vx, vy, ...made });
-    this.made.set(ball, { ...made });
     this.listener.onEvent({ type: "placed", ball, ...made });
   }
 
@@ -233,17 +236,14 @@ export class OwnBox {
       return;
     }
     this.#carryOut(/** @type {Configure} */ ({ type, ...values }));
-    for (const made of this.made.values()) assignKnown(made, values);
     this.listener.onEvent({ type: "edited", ball: null });
     this.#sendSettings();
   }
 
   /** @param {Message} asked */
   #edit({ type, ball, ...values }) {
-    const made = this.made.get(ball);
-    if (!made || !Object.entries(values).every(([name, value]) => isWithin(name, value))) return;
+    if (!Object.entries(values).every(([name, value]) => isWithin(name, value))) return;
     this.#carryOut(/** @type {Edit} */ ({ type, ball, ...values }));
-    assignKnown(made, values);
     this.listener.onEvent({ type: "edited", ball, ...values });
   }
 
@@ -263,7 +263,6 @@ export class OwnBox {
 
   /** @param {number[]} balls that were removed */
   #forget(balls) {
-    for (const ball of balls) this.made.delete(ball);
     if (this.#grabbed !== null && !this.world.has(this.#grabbed)) this.#grabbed = null;
     this.listener.onEvent({ type: "removed", balls });
   }
@@ -287,19 +286,11 @@ export class OwnBox {
 
   /** Announces the box's first state. */
   begin() {
-    const { arena, scene } = this.world;
     this.#clock = 0;
     this.#measured = 0;
     this.#grabbed = null;
     this.#asleep = false;
     this.#before.clear();
-    this.made.clear();
-    const { table } = arena;
-    const { density, restitution, friction } = scene;
-    const radii = Array.from({ length: table.n }, (_, row) => table.pos[4 * row + 3]);
-    radii.forEach((radius, row) => {
-      this.made.set(table.id(row), { radius, density, restitution, friction });
-    });
     this.#changed = performance.now();
     this.listener.onRoom(this.#hello());
     this.listener.onState(this.paused ? "paused" : "live");
@@ -309,27 +300,14 @@ export class OwnBox {
   #hello() {
     const { arena, scene } = this.world;
     const [x_min, x_max, y_min, y_max] = arena.extent;
-    const kinds = [...this.made.values()];
     return {
       room: "", board: null, board_name: "", extent: { x_min, x_max, y_min, y_max },
       limits: { balls: MOST_BALLS },
       arena: {
         scene, place: arena.place, settings: this.settings, paused: this.paused, owned: false,
         presets: PRESETS,
-        balls: {
-          ball: [...this.made.keys()], radius: kinds.map((kind) => kind.radius),
-          density: kinds.map((kind) => kind.density), friction: kinds.map((kind) => kind.friction),
-          restitution: kinds.map((kind) => kind.restitution),
-        },
       },
     };
-  }
-}
-
-/** @param {BallKind} made @param {Partial<Record<string, number>>} values may contain others, which are ignored */
-function assignKnown(made, values) {
-  for (const name of /** @type {(keyof BallKind)[]} */ (Object.keys(made))) {
-    made[name] = values[name] ?? made[name];
   }
 }
 

@@ -157,7 +157,7 @@ export class SandboxPage {
     const { arena, extent, board } = hello;
     this.view.setGeometry(arena.place, extent);
     this.pointer.begin(extent);
-    this.history.clear();
+    this.history.rows = [];
     this.#fillPresets(arena.presets);
     this.#showSettings(arena.settings);
     this.scene.show(arena.scene);
@@ -173,7 +173,7 @@ export class SandboxPage {
     this.#lock(arena.owned);
     if (arena.owned && token) this.room.send({ type: "claim", token });
     this.#describe();
-    this.#say(t("box.opened", { title: titleOf(hello), n: arena.balls.ball.length }));
+    this.#say(t("box.opened", { title: titleOf(hello), n: this.room.made.size }));
     this.loop.wake();
     if (window.location.hash) history.replaceState(null, "", window.location.href.replace(window.location.hash, ""));
     if (fresh.has(SHARED)) void this.#showLink();
@@ -184,12 +184,8 @@ export class SandboxPage {
     this.pointer.locked = locked;
     byId("locked").hidden = !locked;
     document.documentElement.dataset.locked = String(locked);
-    for (const dials of [this.throwing, this.world, this.solver, this.ball]) dials.disabled = locked;
-    for (const button of document.querySelectorAll("button")) {
-      if (button.matches(".desk button:not(#own, #share)")) button.disabled = locked;
-    }
-    for (const select of document.querySelectorAll("select")) {
-      if (select.matches(".desk select")) select.disabled = locked;
+    for (const field of document.querySelectorAll(".desk :is(button:not(#own, #share), select, .dial input)")) {
+      field.toggleAttribute("disabled", locked);
     }
     byId("step", HTMLButtonElement).disabled = locked || !this.room.paused;
   }

@@ -9,7 +9,7 @@ import { t } from "../texts/text.js";
 
 /** @import { BallKind } from "../model/board.js" */
 /**
- * @import { ArenaEvent, ArenaHello, ArenaMessage, Edited, Settings, Snapshot, SnapshotBall } from "../model/messages.js"
+ * @import { Arena, ArenaEvent, ArenaHello, ArenaMessage, Edited, Settings, Snapshot, SnapshotBall } from "../model/messages.js"
  */
 /** @import { Keyframe, Law, Pose } from "../model/motion/interpolate.js" */
 /** @import { SnapshotScale } from "../net/protocol.js" */
@@ -22,7 +22,7 @@ const HOLD_MS = 1000; // between repeats while the pointer rests: without them t
 
 /**
  * The first state of a room or private box.
- * @typedef {Pick<ArenaHello, "room" | "board" | "board_name" | "extent" | "arena" | "limits">} BoxHello
+ * @typedef {Pick<ArenaHello, "room" | "board" | "board_name" | "extent" | "limits"> & {arena: Omit<Arena, "balls">}} BoxHello
  *
  * @typedef {object} SandboxListener
  * @property {(hello: BoxHello) => void} onRoom the room was entered, re-entered, or restarted
@@ -46,8 +46,6 @@ export class SandboxRoom {
   /** Radius and material of each ball. @type {Map<number, BallKind>} */
   made = new Map();
   #clock = new TickClock({ rate: 60 });
-  /** Ticks a second. */
-  #rate = 60;
   /** @type {SnapshotScale} */
   #scale = { extent: { x_min: 0, x_max: 1, y_min: 0, y_max: 1 }, velocityScale: 1 };
   /** @type {Law} */
@@ -157,8 +155,8 @@ export class SandboxRoom {
   #between(from, a, to, b, tick) {
     if (a.x === b.x && a.y === b.y && a.angle === b.angle) return b;
     if (to - from <= 2) {
-      const [one, other] = [keyframe(a, from / this.#rate), keyframe(b, to / this.#rate)];
-      const pose = poseBetween(one, other, tick / this.#rate, this.#law);
+      const [one, other] = [keyframe(a, from / this.#clock.rate), keyframe(b, to / this.#clock.rate)];
+      const pose = poseBetween(one, other, tick / this.#clock.rate, this.#law);
       // Balls in contact do not follow free flight: if it leaves the range between both, interpolate linearly.
       if (inside(pose.x, a.x, b.x) && inside(pose.y, a.y, b.y)) return pose;
     }
@@ -187,7 +185,6 @@ export class SandboxRoom {
     }
     this.connection.settled();
     this.hello = hello;
-    this.#rate = hello.tick_rate;
     this.#clock = new TickClock({ rate: hello.tick_rate });
     this.#snapshots = [];
     this.#drag = null;

@@ -20,8 +20,7 @@ async function start() {
     style.setProperty("--key", options.ground);
   }
   if (options.leaders) byId("leaders-title").textContent = t(TITLES[options.leaders]);
-  const opening = openSolver().catch(() => null);
-  const solver = await opening;
+  const solver = await openSolver().catch(() => null);
   new Show(options, { theme: new Theme(), solver, streams: streamsFor(asked.get("stream"), solver !== null) });
 }
 

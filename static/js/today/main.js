@@ -49,7 +49,7 @@ class TodayPage {
     byId("replay", HTMLAnchorElement).href = replayLink(ballOfDay(this.nowMs));
     onClick("share", () => this.#share());
     this.#showTally();
-    if (this.book?.day === ballOfDay(this.nowMs).seed) this.#end(this.book);
+    if (this.book?.day === ballOfDay(this.nowMs).seed) this.#skip(this.book);
   }
 
   #layOut() {
@@ -76,15 +76,19 @@ class TodayPage {
     local.setItem(KEY, JSON.stringify(this.book));
     byId("result").textContent = t("play.falls");
     const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (calm) this.#end(this.book);
+    if (calm) this.#skip(this.book);
     else this.#since = performance.now();
     this.loop.wake();
   }
 
+  /** Shows the landing without the fall. @param {Book} book */
+  #skip(book) {
+    this.#time = this.replay.duration;
+    this.#end(book);
+  }
+
   /** The ball has landed. @param {Book} book */
   #end({ guess, bin }) {
-    this.#since = null;
-    this.#time = this.replay.duration;
     this.picks.forEach((pick, i) => {
       pick.disabled = true;
       pick.setAttribute("aria-pressed", String(i === guess));
@@ -142,20 +146,13 @@ class TodayPage {
     const { replay, theme } = this;
     if (this.#since !== null) {
       this.#time = Math.max(0, nowMs - this.#since) / 1000;
-      if (this.#time >= replay.duration && this.book && byId("after").hidden) this.#landed(this.book);
+      if (this.#time >= replay.duration && this.book && byId("after").hidden) this.#end(this.book);
     }
-    this.stage.draw(replay.sceneAt(this.#time), ({ ctx, geometry }) => {
+    this.stage.show(replay.sceneAt(this.#time), ({ ctx, geometry }) => {
       const width = Math.max(1.5, 0.2 * replay.board.ball.radius * geometry.scale);
       paintPath(ctx, geometry, replay.pathTo(this.#time), { colour: theme.palette.trayMark, width, alpha: 0.8 });
     });
     return this.#since !== null && this.#time < replay.end;
-  }
-
-  /** Its bin shines for a moment. @param {Book} book */
-  #landed(book) {
-    const [since, time] = [this.#since, this.#time];
-    this.#end(book);
-    [this.#since, this.#time] = [since, time];
   }
 }
 

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { csvOf } from "../../../static/js/class/csv.js";
+import { csvOf } from "../../../static/js/class/trial.js";
 import { changed, readLesson, writeLesson } from "../../../static/js/class/lesson.js";
 import { Trial } from "../../../static/js/class/trial.js";
 import { openSolver } from "../../../static/js/solver/solver.js";

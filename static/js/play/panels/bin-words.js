@@ -1,10 +1,11 @@
-// What a bin pays for the present stake, and its chance.
+// What a bin pays for the present stake, and its chance; and the list of all bins, for players who do not point at the board.
 
 import { labelOf } from "../../model/board.js";
 import { payoutOf } from "../../model/payout.js";
 import { MINOR_UNITS } from "../../model/player/account.js";
 import { prizeOf } from "../../paint/prizes.js";
 import { t } from "../../texts/text.js";
+import { byId, make } from "../../util/dom.js";
 import { amount, percent } from "../../util/format.js";
 
 /** @import { Hello } from "../../model/messages.js" */
@@ -27,4 +28,19 @@ function chanceWords(part) {
   if (part === undefined) return "";
   if (part === 0) return t("odds.never");
   return part < RARE ? t("odds.rare", { n: Math.round(1 / part) }) : t("odds.share", { share: percent(part) });
+}
+
+/** @param {Game} game */
+export function showBins(game) {
+  const fold = byId("bins-fold", HTMLDetailsElement);
+  const show = () => {
+    const { hello } = game.room;
+    if (!fold.open || !hello) return;
+    byId("bins").replaceChildren(...hello.board.bins.multipliers.map((_, bin) => {
+      const [pays, chance] = binWords(game, hello, bin);
+      return make("li", {}, make("b", {}, pays), make("span", {}, chance));
+    }));
+  };
+  fold.addEventListener("toggle", show);
+  for (const kind of /** @type {const} */ (["choice", "odds", "table"])) game.on(kind, show);
 }

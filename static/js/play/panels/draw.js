@@ -1,8 +1,7 @@
-// The odds of a room with a draw: its bins with their multipliers and exact probabilities.
+// The odds of a room with a draw: its bins with their multipliers and exact probabilities ("1 in 10,000").
 
 import { labelOf } from "../../model/board.js";
-import { drawOdds } from "../../model/draw.js";
-import { t } from "../../texts/text.js";
+import { language, t } from "../../texts/text.js";
 import { byId, make } from "../../util/dom.js";
 import { multiplier } from "../../util/format.js";
 
@@ -20,3 +19,24 @@ export function showDraw(game) {
       make("b", {}, words))));
   });
 }
+
+/**
+ * @param {number[]} weights of the bins, left to right
+ * @returns {{bin: number, words: string}[]} the bins with a weight above 0, and their exact odds
+ */
+function drawOdds(weights) {
+  const sum = weights.reduce((total, weight) => total + BigInt(weight), 0n);
+  return weights.flatMap((weight, bin) => (weight === 0 ? [] : [{ bin, words: chance(BigInt(weight), sum) }]));
+}
+
+/** @param {bigint} weight above 0 @param {bigint} sum @returns {string} "1 in 10,000" */
+function chance(weight, sum) {
+  const common = divisor(weight, sum);
+  return t("draw.chance", { part: shown(weight / common), whole: shown(sum / common) });
+}
+
+/** @param {bigint} a @param {bigint} b @returns {bigint} the greatest common divisor */
+const divisor = (a, b) => (b === 0n ? a : divisor(b, a % b));
+
+/** @param {bigint} value */
+const shown = (value) => value.toLocaleString(language);

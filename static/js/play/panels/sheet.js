@@ -2,7 +2,7 @@
 
 import { hasServer } from "../../net/ask.js";
 import { showVisitors } from "./visitors.js";
-import { showBins } from "./bin-list.js";
+import { showBins } from "./bin-words.js";
 import { showDraw } from "./draw.js";
 import { showFairness } from "./fairness.js";
 import { showHistory } from "./history.js";

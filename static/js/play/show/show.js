@@ -1,15 +1,16 @@
 // What a table shows beyond its balls: where balls have passed, what a landing leaves on the board, and wins. A page
 // loads it with the first ball.
 
+import { prizeOf } from "../../paint/prizes.js";
+import { t } from "../../texts/text.js";
 import { byId } from "../../util/dom.js";
 import { Celebration, WIN } from "./celebration.js";
 import { Ghost } from "./ghost.js";
 import { LandingZoom } from "./landing-zoom.js";
-import { nearMiss } from "./near-miss.js";
 import { Streaks } from "./streaks.js";
 
 /** @import { BoardView } from "../../board/view.js" */
-/** @import { Point } from "../../model/board.js" */
+/** @import { Board, Point } from "../../model/board.js" */
 /** @import { Hello } from "../../model/messages.js" */
 /** @import { Played } from "../../model/player/account.js" */
 /** @import { Scene } from "../../model/scene.js" */
@@ -19,6 +20,9 @@ import { Streaks } from "./streaks.js";
 /** @import { Game } from "../game.js" */
 
 const GHOST_KEY = "plinko.ghost.1";
+const NEAR = 0.5; // ball radii from the ball's centre to the edge between the bins
+const MORE = 3; // the better bin pays at least this many times as much, and
+const LEAST = 2; // at least this multiplier
 
 /** The effects on one board. */
 export class Show {
@@ -136,4 +140,24 @@ export class Show {
     box.style.setProperty("--near-x", `${geometry.px(place.x)}px`);
     box.style.setProperty("--near-y", `${geometry.py(place.y)}px`);
   }
+}
+
+/**
+ * How close our ball came to a better bin, in words.
+ * @param {Pick<Board, "ball" | "bins">} board
+ * @param {number} bin in which the ball landed
+ * @param {number} x where its centre crossed the bins' line, m
+ * @returns {string} a sentence, or ""
+ */
+export function nearMiss({ ball, bins }, bin, x) {
+  const { edges, multipliers } = bins;
+  const sides = [
+    { other: bin - 1, away: x - edges[bin] },
+    { other: bin + 1, away: edges[bin + 1] - x },
+  ];
+  const near = sides.filter(({ other, away }) => away >= 0 && away < NEAR * ball.radius
+    && multipliers[other] >= Math.max(LEAST, MORE * multipliers[bin]));
+  if (near.length === 0) return "";
+  const [{ other }] = near;
+  return t("play.near", { pays: prizeOf({ bins }, other, multipliers[other]) });
 }

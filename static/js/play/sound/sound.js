@@ -68,40 +68,27 @@ export class Sound {
     return this.on && document.visibilityState !== "hidden";
   }
 
-  /** @param {Tone} tone @param {number} later s */
-  #strike(tone, later) {
+  /** Plays one struck tone, which decays by itself. @param {Tone} tone @param {number} later s */
+  #strike({ frequency, gain, decay, pan, wave, bend }, later) {
     this.playing += 1;
-    strike(this.context, this.master, tone, later, () => {
+    const { context } = this;
+    const start = context.currentTime + later;
+    const voice = context.createOscillator();
+    const envelope = context.createGain();
+    const place = context.createStereoPanner();
+    voice.type = wave;
+    voice.frequency.setValueAtTime(bend * frequency, start);
+    voice.frequency.exponentialRampToValueAtTime(frequency, start + 0.012);
+    envelope.gain.setValueAtTime(0, start);
+    envelope.gain.linearRampToValueAtTime(gain, start + 0.002);
+    envelope.gain.exponentialRampToValueAtTime(gain / 1000, start + decay);
+    place.pan.value = pan;
+    voice.connect(envelope).connect(place).connect(this.master);
+    voice.onended = () => {
+      place.disconnect();
       this.playing -= 1;
-    });
+    };
+    voice.start(start);
+    voice.stop(start + decay);
   }
-}
-
-/**
- * Plays one struck tone, which decays by itself.
- * @param {BaseAudioContext} context
- * @param {AudioNode} into the node that receives it
- * @param {Tone} tone
- * @param {number} later s
- * @param {() => void} onEnd
- */
-export function strike(context, into, { frequency, gain, decay, pan, wave, bend }, later, onEnd) {
-  const start = context.currentTime + later;
-  const voice = context.createOscillator();
-  const envelope = context.createGain();
-  const place = context.createStereoPanner();
-  voice.type = wave;
-  voice.frequency.setValueAtTime(bend * frequency, start);
-  voice.frequency.exponentialRampToValueAtTime(frequency, start + 0.012);
-  envelope.gain.setValueAtTime(0, start);
-  envelope.gain.linearRampToValueAtTime(gain, start + 0.002);
-  envelope.gain.exponentialRampToValueAtTime(gain / 1000, start + decay);
-  place.pan.value = pan;
-  voice.connect(envelope).connect(place).connect(into);
-  voice.onended = () => {
-    place.disconnect();
-    onEnd();
-  };
-  voice.start(start);
-  voice.stop(start + decay);
 }

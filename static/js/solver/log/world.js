@@ -82,10 +82,6 @@ class Packed {
     return this.#out.written;
   }
 
-  nothing() {
-    this.#out.bytes([0xc0]);
-  }
-
   /** @param {number} value a whole number from 0 to 2^53 - 1 */
   whole(value) {
     if (value < 0x80) this.#out.bytes([value]);

@@ -27,7 +27,6 @@ const [LANDINGS, DEPARTURES, AWAKE_BEFORE] = [1, 2, 3]; // of counts
 export const SETTINGS = ["gravity", "gravity_x", "drag", "damping", "rolling", "max_speed", "correction",
   "projection", "dt", "substeps", "cell"];
 
-/** @typedef {{contacts: number, penetration: number}} Overlap penetration: the deepest, m */
 /** @typedef {[number, number, number, number]} Corners x_min, x_max, y_min, y_max in m */
 
 /** Balls among fixed pegs and walls. */
@@ -139,7 +138,7 @@ export class Arena {
     return gone;
   }
 
-  /** The deepest overlap and the number of contacts, also of sleeping balls. */
+  /** The deepest overlap, m, and the number of contacts, also of sleeping balls. */
   overlap() {
     const { table } = this;
     if (table.n === 0) return { contacts: 0, penetration: 0 };

@@ -77,6 +77,13 @@ export class BallTable {
     return (this.flags(row) & ASLEEP) !== 0;
   }
 
+  /** @param {number} row @returns {Pick<BallValues, "radius" | "density" | "restitution" | "friction">} */
+  kind(row) {
+    const [radius, inverseMass] = [this.pos[4 * row + 3], this.vel[4 * row + 3]];
+    const [restitution, friction] = this.surface.subarray(2 * row, 2 * row + 2);
+    return { radius, density: 1 / (inverseMass * (Math.PI * radius * radius)), restitution, friction };
+  }
+
   /** @param {number} ball @returns {number} its row, -1 if there is no such ball */
   row(ball) {
     let [low, high] = [0, this.n];

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { nearMiss } from "../../../../static/js/play/show/near-miss.js";
+import { nearMiss } from "../../../../static/js/play/show/show.js";
 
 const board = { ball: { radius: 0.1 }, bins: { y: 8, edges: [-1, 0, 1], multipliers: [0.5, 20] } };
 
