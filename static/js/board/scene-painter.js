@@ -12,7 +12,7 @@ import { StampBook } from "../paint/stamps.js";
 import { metric, multiplier } from "../util/format.js";
 
 /** @import { Board } from "../model/board.js" */
-/** @import { BinHit, Flash, Parting, Scene, SceneBall, Streak } from "../model/scene.js" */
+/** @import { BinHit, Parting, Scene, SceneBall, Streak } from "../model/scene.js" */
 /** @import { Geometry } from "../paint/geometry.js" */
 /** @import { Theme } from "../paint/theme.js" */
 
@@ -73,14 +73,20 @@ export class ScenePainter {
     for (const path of scene.paths) paintPath(ctx, this.geometry, path, style);
     for (const streak of scene.streaks ?? []) this.#drawStreak(ctx, streak);
     if (scene.fork) this.#drawFork(ctx, scene.fork);
-    for (const flash of scene.flashes) this.#drawFlash(ctx, flash);
+    const { px, py, scale } = this.geometry;
+    for (const { x, y, radius, age, strength } of scene.flashes) {
+      paintFlash(ctx, this.flashes, px(x), py(y), radius * scale, age, strength);
+    }
     this.#drawTrails(ctx, scene.balls);
     for (const ball of scene.balls) if (!ball.mine) this.#drawBall(ctx, ball);
     for (const ball of scene.balls) if (ball.mine) this.#drawBall(ctx, ball);
     paintOver(ctx, this);
     this.#drawNames(ctx, scene.balls);
     if (scene.aim !== null) this.#drawAim(ctx, scene.aim);
-    for (const hit of scene.hits) this.#drawHit(ctx, hit);
+    for (const { bin, age, score } of scene.hits) {
+      const box = binBox(this.geometry, this.board, bin);
+      paintPulse(ctx, this.faces, box, pulseOf(score, age), this.theme, this.density, score);
+    }
     for (const hit of scene.hits) if (hit.ticket ?? true) this.#drawPaid(ctx, hit);
   }
 
@@ -143,18 +149,6 @@ export class ScenePainter {
     for (const { box, sheet } of this.#placed.values()) {
       ctx.drawImage(sheet, box.x, box.y, box.width, box.height);
     }
-  }
-
-  /** @param {CanvasRenderingContext2D} ctx @param {Flash} flash */
-  #drawFlash(ctx, { x, y, radius, age, strength }) {
-    const { px, py, scale } = this.geometry;
-    paintFlash(ctx, this.flashes, px(x), py(y), radius * scale, age, strength);
-  }
-
-  /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */
-  #drawHit(ctx, { bin, age, score }) {
-    const box = binBox(this.geometry, this.board, bin);
-    paintPulse(ctx, this.faces, box, pulseOf(score, age), this.theme, this.density, score);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {BinHit} binHit */

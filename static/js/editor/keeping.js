@@ -29,7 +29,8 @@ export class Keeping {
     this.link = byId("link", HTMLInputElement);
     this.linkField = byId("link-field");
     this.presets = byId("start-from", HTMLSelectElement);
-    byId("save").addEventListener("click", () => this.#save());
+    byId("save").addEventListener("click", () =>
+      saveFile(`${board().name}.json`, `${JSON.stringify(board(), null, 2)}\n`, "application/json"));
     byId("load").addEventListener("click", () => this.file.click());
     this.file.addEventListener("change", () => this.#load());
     byId("share").addEventListener("click", () => this.#share());
@@ -59,11 +60,6 @@ export class Keeping {
     window.history.replaceState(null, "", `${window.location.pathname}${hash}`);
     byId("to-replay", HTMLAnchorElement).href = `replay.html?seed=1${hash}`;
     this.linkField.hidden = true;
-  }
-
-  #save() {
-    const board = this.board();
-    saveFile(`${board.name}.json`, `${JSON.stringify(board, null, 2)}\n`, "application/json");
   }
 
   async #load() {

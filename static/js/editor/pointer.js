@@ -95,8 +95,10 @@ export class PointerController {
     else if (taken) this.#take(board, (contains(selected, taken) && selected) || taken, place);
     else if (tool === "wall") this.#takeNew("wall", place);
     else if (event.pointerType === "touch") this.#tap = place;
-    else if (tool === "move") this.#stretch(place, event.shiftKey ? selected : null);
-    else this.#hitEmpty(place);
+    else if (tool === "move") {
+      this.band = { x0: place.x, y0: place.y, x1: place.x, y1: place.y };
+      this.#kept = event.shiftKey ? selected : null;
+    } else this.#hitEmpty(place);
   }
 
   /** @param {ElementRef} ref */
@@ -118,12 +120,6 @@ export class PointerController {
   /** How far from an element the pointer may be, m. */
   get #reach() {
     return (REACH * zoom()) / this.view.scale;
-  }
-
-  /** @param {Point} point @param {Ref | null} kept */
-  #stretch({ x, y }, kept) {
-    this.band = { x0: x, y0: y, x1: x, y1: y };
-    this.#kept = kept;
   }
 
   /**
@@ -184,7 +180,9 @@ export class PointerController {
 
   #up() {
     if (this.band) {
-      this.#enclose(this.band);
+      const refs = [...membersOf(this.#kept), ...inside(this.bench().board, this.band)];
+      this.band = null;
+      this.listener.onSelect(groupOf(refs));
       return;
     }
     const tap = this.#tap;
@@ -203,13 +201,6 @@ export class PointerController {
       return;
     }
     this.listener.onChange(drag.board, isNew && !ref.refs ? { kind: ref.kind, index: ref.index } : ref);
-  }
-
-  /** Selects the elements inside the band. @param {Band} band */
-  #enclose(band) {
-    this.band = null;
-    const refs = [...membersOf(this.#kept), ...inside(this.bench().board, band)];
-    this.listener.onSelect(groupOf(refs));
   }
 
   #cancel() {

@@ -28,7 +28,7 @@ import { t } from "../texts/text.js";
 const PEG = 0;
 const WALL = 1;
 
-/** @type {Record<string, Key>} texts by the first words of the engine's reason */
+/** @type {Record<string, Key | undefined>} texts by the first words of the engine's reason */
 const WHY = {
   wedged: "proof.wedged", balanced: "proof.balanced", escaped: "proof.escaped",
   "event budget": "proof.event-limit", "time budget": "proof.time-limit",
@@ -36,18 +36,13 @@ const WHY = {
   "solver error": "proof.solver-error",
 };
 
-/** @param {string} unsettled the engine's reason @returns {string} */
-function whyWords(unsettled) {
-  const key = WHY[unsettled.split(":")[0]];
-  return key ? t(key) : unsettled;
-}
-
 /** @param {Certificate} certificate @returns {string} */
 export function provenWords({ certified, bin, unsettled, undecided, ...rest }) {
   if (!certified) return t("proof.open", { what: String(undecided) });
   const { x_end: x, duration, bits, comparisons: n, ties, agrees } = rest;
+  const why = WHY[String(unsettled).split(":")[0]];
   const where = bin === null
-    ? t("proof.none", { why: whyWords(String(unsettled)), n, bits })
+    ? t("proof.none", { why: why ? t(why) : String(unsettled), n, bits })
     : t("proof.bin", { bin, x: x?.text ?? "", time: duration?.text ?? "", n, bits });
   const tied = ties.length ? [t("proof.ties", { ties: ties.join("; ") })] : [];
   return [where, ...tied, agrees ? t("proof.agrees") : t("proof.differs")].join(" ");

@@ -69,7 +69,7 @@ export class Connection {
     clearTimeout(this.#watchTimer);
     this.#watchTimer = 0;
     this.expecting = expected;
-    if (expected) this.#watchTimer = setTimeout(() => this.#ask(), ASK_MS);
+    if (expected) this.#watchTimer = setTimeout(() => this.#suspect(), ASK_MS);
   }
 
   /** Connects immediately if the next attempt is waiting. */
@@ -110,14 +110,13 @@ export class Connection {
     }
   }
 
-  #ask() {
-    this.#watchTimer = setTimeout(() => this.#abandon(), SILENCE_MS - ASK_MS);
+  /** Asks for a sign of life; without one, gives the socket up. */
+  #suspect() {
+    this.#watchTimer = setTimeout(() => {
+      this.#release()?.close();
+      this.#lost();
+    }, SILENCE_MS - ASK_MS);
     this.listener.onQuiet?.();
-  }
-
-  #abandon() {
-    this.#release()?.close();
-    this.#lost();
   }
 
   /** @param {CloseEvent} closeEvent */

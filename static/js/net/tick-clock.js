@@ -2,6 +2,7 @@
 
 const WINDOW = 120; // samples, and
 const WINDOW_MS = 2000; // of at most this age, so that the estimate follows drift
+const MIN_BUFFER_TICKS = 3;
 const MAX_BUFFER_TICKS = 15; // a quarter of a second; a longer delay is worse than a rough picture
 const SLEW = 0.1; // a correction changes the speed of the picture by at most this fraction
 const JUMP_SECONDS = 0.4; // a larger error (hidden tab, sleeping room) is corrected at once
@@ -19,10 +20,9 @@ export class TickClock {
   #shown = Number.NaN;
   #shownAt = 0;
 
-  /** @param {{rate: number, bufferTicks?: number}} options rate in ticks per second */
-  constructor({ rate, bufferTicks = 3 }) {
+  /** @param {{rate: number}} options ticks per second */
+  constructor({ rate }) {
     this.rate = rate;
-    this.bufferTicks = bufferTicks;
   }
 
   /** Forgets the offset, which changes when a room sleeps. */
@@ -40,7 +40,7 @@ export class TickClock {
   get delayTicks() {
     const { least, most } = this.#range();
     const jitterTicks = ((most - least) * this.rate) / 1000;
-    return Math.min(MAX_BUFFER_TICKS, Math.max(this.bufferTicks, jitterTicks + 1));
+    return Math.min(MAX_BUFFER_TICKS, Math.max(MIN_BUFFER_TICKS, jitterTicks + 1));
   }
 
   /**
@@ -48,9 +48,14 @@ export class TickClock {
    * @param {number} nowMs
    */
   renderTick(nowMs) {
-    if (this.#samples.length === 0) return Number.isNaN(this.#shown) ? 0 : this.#coast(nowMs);
-    const ideal = ((nowMs - this.#range().least) * this.rate) / 1000 - this.delayTicks;
     const elapsed = ((nowMs - this.#shownAt) * this.rate) / 1000;
+    this.#shownAt = nowMs;
+    if (this.#samples.length === 0) {
+      if (Number.isNaN(this.#shown)) return 0;
+      this.#shown += elapsed;
+      return this.#shown;
+    }
+    const ideal = ((nowMs - this.#range().least) * this.rate) / 1000 - this.delayTicks;
     const error = ideal - (this.#shown + elapsed);
     if (!(Math.abs(error) <= JUMP_SECONDS * this.rate)) {
       this.#shown = ideal;
@@ -58,14 +63,6 @@ export class TickClock {
       const most = SLEW * elapsed;
       this.#shown += elapsed + Math.max(-most, Math.min(most, error));
     }
-    this.#shownAt = nowMs;
-    return this.#shown;
-  }
-
-  /** @param {number} nowMs */
-  #coast(nowMs) {
-    this.#shown += ((nowMs - this.#shownAt) * this.rate) / 1000;
-    this.#shownAt = nowMs;
     return this.#shown;
   }
 

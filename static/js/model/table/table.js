@@ -229,8 +229,11 @@ export class Table {
   /** @param {number} t table time, s @param {number} wall local time, s */
   forget(t, wall) {
     for (const ball of this.balls.values()) {
-      if (ball.settled && t >= shownEnd(ball) + SINK_SECONDS) this.#remove(ball);
-      else this.#pass(ball, timeInFall(ball, t) - KEPT_SECONDS);
+      if (ball.settled && t >= shownEnd(ball) + SINK_SECONDS) {
+        this.#pass(ball, Number.POSITIVE_INFINITY);
+        this.balls.delete(ball.id);
+        this.#byWireId.delete(ball.id % 65536);
+      } else this.#pass(ball, timeInFall(ball, t) - KEPT_SECONDS);
     }
     this.#hits = this.#hits.filter(({ since }) => wall < since + HIT_SECONDS);
   }
@@ -277,13 +280,6 @@ export class Table {
     if (bin === null || !last) return;
     ball.sink = { vx: last.vx, vy: last.vy };
     path.add(place(end, x, this.board.bins.y));
-  }
-
-  /** @param {Ball} ball */
-  #remove(ball) {
-    this.#pass(ball, Number.POSITIVE_INFINITY);
-    this.balls.delete(ball.id);
-    this.#byWireId.delete(ball.id % 65536);
   }
 
   /** @param {Ball} ball @param {number} before */

@@ -43,7 +43,9 @@ export class Show {
     game.on("table", ({ hello, table }) => this.#setTable(hello, table));
     let falling = 0;
     game.on("run", () => {
-      if (game.falling > falling) this.#dropped();
+      // Our next ball clears what is shown of the last landing. An auto-drop leaves a win's card its time.
+      if (game.falling > falling && !game.auto) this.celebration.hide();
+      if (game.falling > falling && !this.#landingZoom.looking) this.#landingZoom.clear();
       falling = game.falling;
     });
     theme.onChange(() => this.ghost.recolour());
@@ -74,12 +76,6 @@ export class Show {
     this.celebration.hide();
     this.#won = null;
     table.onPassed = this.ghost.follow;
-  }
-
-  /** Our next ball falls: clears what is shown of the last landing. An auto-drop leaves a win's card its time. */
-  #dropped() {
-    if (!this.game.auto) this.celebration.hide();
-    if (!this.#landingZoom.looking) this.#landingZoom.clear();
   }
 
   /** Our drop's landing was shown. @param {Played} played */

@@ -5,7 +5,6 @@ import { sides } from "../../paint/geometry.js";
 import { HOME, TIMBRES } from "./timbres.js";
 import { chimeOf, chosen, toneOf, withOvertones } from "./tones.js";
 
-/** @import { Board } from "../../model/board.js" */
 /** @import { QueuedImpact } from "../../model/table/impact-queue.js" */
 /** @import { Store } from "../store.js" */
 /** @import { Tone } from "./tones.js" */
@@ -27,18 +26,15 @@ export class Sound {
     this.context = context;
     this.master = context.createGain();
     this.master.connect(context.createDynamicsCompressor()).connect(context.destination);
-    news.on("table", ({ hello: { board } }) => this.#setBoard(board));
+    news.on("table", ({ hello: { board } }) => {
+      this.#sides = sides(board);
+      this.#timbre = TIMBRES[placeOf(board.name) ?? ""] ?? HOME;
+    });
   }
 
   /** @param {number} volume 0 … 1; the gain is its square, which sounds about linear */
   set volume(volume) {
     this.master.gain.value = MASTER * volume ** 2;
-  }
-
-  /** @param {Board} board */
-  #setBoard(board) {
-    this.#sides = sides(board);
-    this.#timbre = TIMBRES[placeOf(board.name) ?? ""] ?? HOME;
   }
 
   /**
