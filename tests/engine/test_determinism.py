@@ -39,7 +39,7 @@ def test_a_version_of_the_physics_has_its_entry_in_the_changelog() -> None:
 
 
 def test_plain_python_gives_the_golden_digests() -> None:
-    """One drop on every preset and scene by both solvers, without the JIT."""
+    """One drop on every board and scene by both solvers, without the JIT."""
     code = (
         "import sys, plinko.engine.exact.trace as exact\n"
         "assert not hasattr(exact.trace_many, 'function'), 'kernels are compiled'\n"
@@ -47,7 +47,7 @@ def test_plain_python_gives_the_golden_digests() -> None:
         "sys.exit(check.main(['--quick']))\n"
     )
     printed = run_python(code, NUMBA_DISABLE_JIT="1")
-    assert printed.startswith(f"{2 * len(check.names())} drops have the golden digests")
+    assert printed.startswith(f"{2 * len(check.batch_names())} drops have the golden digests")
 
 
 def test_results_cannot_change_behind_the_versions_back(

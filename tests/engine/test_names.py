@@ -23,37 +23,37 @@ def test_an_unknown_name_is_reported_as_unknown() -> None:
         _ = engine.Pinball  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("use", ["drop(board, 1)", "World(board, solver='stepped').add(1)"])
-def test_a_drop_and_a_world_load_nothing_of_balls_that_touch(use: str) -> None:
+def test_a_drop_and_a_world_load_nothing_of_balls_that_touch() -> None:
     code = (
         "import sys\n"
         "from plinko.engine import Board, World, drop\n"
         "board = Board.preset('triangle-8')\n"
-        f"{use}\n"
+        "drop(board, 1)\n"
+        "World(board, solver='stepped').add(1)\n"
         "print(*sorted(name for name in sys.modules if 'multibody' in name))\n"
     )
     assert run_python(code).split() == []
 
 
-@pytest.mark.parametrize("package", ["plinko.engine", "plinko"])
-def test_without_python_flint_only_certified_names_are_missing(
-    package: str,
-) -> None:
+def test_without_python_flint_only_certified_names_are_missing() -> None:
     code = (
         "import inspect, sys\n"
         "sys.modules['flint'] = None\n"
-        f"import {package} as package\n"
-        f"from {package} import *\n"
-        "print(drop(Board.preset('triangle-8'), 42).bin)\n"
-        "print(hasattr(package, 'certify'), 'Certificate' in package.__all__)\n"
-        "print(len(inspect.getmembers(package)) > 20)\n"
-        "print(bool(help(package)))\n"
-        "try: package.certify\n"
-        "except AttributeError as error: print(error)\n"
+        "import plinko, plinko.engine\n"
+        "for package in (plinko.engine, plinko):\n"
+        "    exec(f'from {package.__name__} import *')\n"
+        "    print(drop(Board.preset('triangle-8'), 42).bin)\n"
+        "    print(hasattr(package, 'certify'), 'Certificate' in package.__all__)\n"
+        "    print(len(inspect.getmembers(package)) > 20)\n"
+        "    print(bool(help(package)))\n"
+        "    try: package.certify\n"
+        "    except AttributeError as error: print(error)\n"
     )
     said = run_python(code)
-    assert "\nFalse False\nTrue\n" in said
-    assert said.endswith("certify needs python-flint: pip install 'plinko-sim[certify]'\n")
+    assert said.count("\nFalse False\nTrue\n") == 2
+    missing = "certify needs python-flint: pip install 'plinko-sim[certify]'\n"
+    assert said.count(missing) == 2
+    assert said.endswith(missing)
 
 
 def test_plinko_is_the_engine_by_another_name() -> None:
@@ -66,10 +66,10 @@ def test_plinko_is_the_engine_by_another_name() -> None:
 
 
 def test_plinko_loads_no_more_than_the_engine_does() -> None:
-    code = "import sys, plinko{}; print(*sorted(n for n in sys.modules if n[:6] == 'plinko'))"
-    assert run_python(code.format("")) == "plinko\n"
-    used = run_python(code.format("; plinko.Board"))
-    assert used == run_python(code.format("; from plinko import engine"))
+    loaded = "print(*sorted(n for n in sys.modules if n[:6] == 'plinko'))"
+    before, used = run_python(f"import sys, plinko; {loaded}; plinko.Board; {loaded}").splitlines()
+    assert before == "plinko"
+    assert used == run_python(f"import sys; from plinko import engine; {loaded}").strip()
 
 
 def test_plinko_loads_the_code_for_pictures_when_it_draws_one() -> None:

@@ -57,7 +57,7 @@ def test_a_ground_is_painted_at_any_size_and_only_where_it_may(
 @pytest.mark.parametrize("preset", ["triangle-12", "classic", "galton"])
 def test_a_place_changes_a_board_s_picture_inside_and_outside(preset: str) -> None:
     board = Board.preset(preset)
-    view = lay_out(board, 300)
+    view = lay_out(board, 240)
     home = board_pixels(board, view, "light")
     for name in PLACES:
         if not name.startswith("light"):

@@ -34,8 +34,7 @@ def test_what_the_font_cannot_write_has_its_multiplier() -> None:
     assert found[1].lines == ("Mug",)
 
 
-@pytest.mark.parametrize("width", [240, 760, 2048])
-@pytest.mark.parametrize("rows", [8, 16])
+@pytest.mark.parametrize(("width", "rows"), [(240, 8), (240, 16), (760, 16), (2048, 8)])
 def test_every_label_fits_into_its_bin(width: int, rows: int) -> None:
     plain = Board.preset(f"triangle-{rows}")
     texts = ["a", "A trip to Lisbon for two with breakfast", "W" * 40, "T-shirt"]

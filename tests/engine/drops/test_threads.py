@@ -22,7 +22,7 @@ def stop(*_):
 
 signal.signal(signal.SIGALRM, stop)
 stopped = 0
-for k in range(8000):
+for k in range(4000):
     try:
         sharing = True
         signal.setitimer(signal.ITIMER_REAL, (k % 400 + 2) * 5e-6)

@@ -10,6 +10,7 @@ from plinko.engine.multibody.arena import Arena
 from plinko.engine.multibody.scenes import sandbox
 from plinko.engine.multibody.settings import ArenaSettings
 from plinko.engine.multibody.static_geometry import StaticGeometry
+from tests.long import tries
 
 G = 9.81
 FLOOR = StaticGeometry.box(200.0, 20.0, restitution=0.0, friction=0.5)
@@ -54,7 +55,8 @@ def test_a_pile_that_sleeps_and_wakes_ten_times_stays() -> None:
         assert moved(arena, before) < 1e-3
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", tries([1], [1, 2, 3, 4]))
 def test_a_pile_that_does_not_sleep_rests(seed: int) -> None:
     arena = sandbox(200, seed=seed, sleeping=False)
     run(arena, 20.0)
