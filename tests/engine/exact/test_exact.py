@@ -36,6 +36,7 @@ from plinko.engine.physics import body
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
 from tests.long import tries
+from tools.oracle.scenes import scene as open_scene
 
 Floats = npt.NDArray[np.float64]
 
@@ -134,6 +135,20 @@ def test_every_preset_is_its_own_mirror_image() -> None:
             assert there.bin == board.bins.count - 1 - (here.bin or 0)
             for field, sign in (("t", 1.0), ("x", -1.0), ("y", 1.0), ("omega", -1.0)):
                 assert np.array_equal(here.impacts[field], sign * there.impacts[field])
+
+
+@pytest.mark.parametrize("gravity", [1.62, 3.72, 24.79])
+def test_another_world_is_the_same_but_slower_or_faster(gravity: float) -> None:
+    """Without drag, times are proportional to 1 / sqrt(g); the path does not depend on g."""
+    pegs = (Peg(0.0, 0.0, 0.2), Peg(0.9, 0.6, 0.3), Peg(-0.6, 0.8, 0.3))
+    here, there = (
+        drop(open_scene(pegs=pegs, restitution=0.6, friction=0.2, gravity=g), x=0.05)
+        for g in (G, gravity)
+    )
+    assert here.bin == there.bin
+    assert there.impacts["x"] == pytest.approx(here.impacts["x"], abs=1e-11)
+    pace = math.sqrt(G / gravity)
+    assert there.impacts["t"] == pytest.approx(here.impacts["t"] * pace, rel=1e-12)
 
 
 def test_a_ball_in_the_open_falls_by_the_closed_form() -> None:

@@ -200,12 +200,11 @@ def test_a_table_chosen_by_too_few_drops_names_its_guessed_bins() -> None:
     assert "balls are too few to know how often bins 0, 1, 2, 3, 13, 14, 15, 16 are hit" in rare
     assert few.to_dict()["warnings"] == list(few.warnings)
     assert few.to_dict()["rare_bins"] == [0, 1, 2, 3, 13, 14, 15, 16]
-    enough = solve_payouts("triangle-8", drops=20_000)
-    assert enough.warnings == ()
 
 
 def test_a_table_that_falls_towards_a_side_says_so() -> None:
     found = solve_payouts("triangle-8", drops=20_000)
+    assert found.warnings == ()
     for pays, falling in (
         ((9.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), ()),
         ((2.0, 3.0, 2.0, 1.0, 0.1, 1.0, 2.0, 3.0, 9.0), (0,)),
