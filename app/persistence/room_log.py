@@ -8,7 +8,7 @@ import asyncio
 import functools
 import time
 import weakref
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
 from typing import Final
@@ -17,7 +17,6 @@ import msgspec
 import sqlalchemy as sa
 from sqlalchemy import Connection, Engine
 
-from plinko.app.concurrency.fair_queue import FairLock
 from plinko.app.errors import BusyError, LedgerError, ReadersError
 from plinko.app.persistence.ledger.database import reader, reason
 from plinko.app.persistence.room_runs import RoomRuns
@@ -127,7 +126,9 @@ class RoomLogs:
         self._compute = compute
         self._clock = clock
         self._sleep = sleep
-        self._turns = FairLock()
+        # The readers of an address take turns, and so do the addresses.
+        self._turn = asyncio.Lock()
+        self._turns: dict[str, asyncio.Lock] = defaultdict(asyncio.Lock)
         self._free = 0.0  # when the next page may be read
         self._readers: Counter[str] = Counter()
 
@@ -152,20 +153,45 @@ class RoomLogs:
         self._readers[reader] += 1
         place = _Place(functools.partial(self._left, reader))
         number = self._runs.of(room).number if run is None else run
-        read = functools.partial(self._page, reader)
-        pages = _Pages(number, room, read, marks=marks, part=part)
+        head, name, count = log.head(room), room.format.name, room.input_count
+        end = count if part.limit is None else min(count, part.first + part.limit)
+
+        async def page_from(first: int) -> Entries:
+            limit = min(_PAGE, end - first)
+            if limit <= 0:
+                return NONE
+            page = LogPage(room.mode, number, head["tick"], first, limit, marks)
+            return await self._page(reader, page)
+
+        async def pieces(page: Entries, _place: _Place) -> AsyncIterator[bytes]:
+            """The pieces, beginning with this first page. The iterator keeps `_place` alive."""
+            digest = log.LogDigest(head)
+            yield msgspec.json.encode(head)[:-1] + f',"{name}":['.encode()
+            done = part.first
+            while page.count:
+                digest.add_lines(page.lines)
+                yield (b"," if done > part.first else b"") + page.text
+                done += page.count
+                page = await page_from(done)
+            if part.whole:
+                yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
+            else:
+                rest = {"first": part.first, "next": end if end < count else None, "digest": None}
+                yield b"]," + msgspec.json.encode(rest)[1:] + b"\n"
+
         self._runs.report([])
         await self._runs.ledger.settled()  # now the ledger has all results until this moment
-        return pages.pieces(await pages.read(part.first), place)
+        return pieces(await page_from(part.first), place)
 
     def _left(self, reader: str) -> None:
         self._readers[reader] -= 1
         if not self._readers[reader]:
             del self._readers[reader]
+            self._turns.pop(reader, None)
 
     async def _page(self, reader: str, page: LogPage) -> Entries:
         """Read a page when it is the reader's turn and the pause after the last page is over."""
-        async with self._turns.turn(reader):
+        async with self._turns[reader], self._turn:
             if (rest := self._free - self._clock()) > 0.0:
                 await self._sleep(rest)
             began = self._clock()
@@ -189,50 +215,3 @@ class _Place:
 
     def __init__(self, leave: Callable[[], None]) -> None:
         weakref.finalize(self, leave)
-
-
-class _Pages:
-    """A room's log as of now; `read` reads a page when it is the reader's turn."""
-
-    def __init__(
-        self,
-        run: int,
-        room: Room,
-        read: "Callable[[LogPage], Awaitable[Entries]]",
-        *,
-        marks: bool,
-        part: LogPart,
-    ) -> None:
-        self._marks = marks
-        self._part = part
-        self._read = read
-        self._run = run
-        self._mode = room.mode
-        self._name = room.format.name
-        count = room.input_count
-        self._end = count if part.limit is None else min(count, part.first + part.limit)
-        self._next = self._end if self._end < count else None
-        self._head = log.head(room)
-
-    async def read(self, first: int) -> Entries:
-        limit = min(_PAGE, self._end - first)
-        if limit <= 0:
-            return NONE
-        tick = self._head["tick"]
-        return await self._read(LogPage(self._mode, self._run, tick, first, limit, self._marks))
-
-    async def pieces(self, page: Entries, _place: _Place) -> AsyncIterator[bytes]:
-        """The log's pieces, beginning with this first page. The iterator keeps `_place` alive."""
-        digest = log.LogDigest(self._head)
-        yield msgspec.json.encode(self._head)[:-1] + f',"{self._name}":['.encode()
-        done = self._part.first
-        while page.count:
-            digest.add_lines(page.lines)
-            yield (b"," if done > self._part.first else b"") + page.text
-            done += page.count
-            page = await self.read(done)
-        if self._part.whole:
-            yield b'],"digest":"' + digest.hex().encode() + b'"}\n'
-        else:
-            rest = {"first": self._part.first, "next": self._next, "digest": None}
-            yield b"]," + msgspec.json.encode(rest)[1:] + b"\n"

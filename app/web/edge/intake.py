@@ -8,10 +8,11 @@ remaining bytes stay in the kernel, whose full buffers slow the sender down.
 """
 
 import asyncio
+from collections import deque
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final, Generic, Protocol, TypeVar
 
-from plinko.app.concurrency.fair_queue import FairQueue
+T = TypeVar("T")
 
 _PIECE: Final = 1024
 """Bytes that are read from a connection at a time."""
@@ -22,6 +23,34 @@ _TURN: Final = 2048
 _LEAST: Final = 512
 """A piece counts as at least this many bytes: even a short request or message takes half a
 millisecond to handle."""
+
+
+class FairQueue(Generic[T]):
+    """Serves clients round robin: one with a hundred entries delays another by only one of them."""
+
+    def __init__(self) -> None:
+        self._clients: deque[str] = deque()
+        self._waiting: dict[str, deque[T]] = {}
+
+    def put(self, client: str, waiting: T) -> None:
+        """Append an entry to this client's own queue."""
+        if client not in self._waiting:
+            self._waiting[client] = deque()
+            self._clients.append(client)
+        self._waiting[client].append(waiting)
+
+    def take(self) -> T | None:
+        """Remove and return the next entry, or None. Its client then queues behind all others."""
+        if not self._clients:
+            return None
+        client = self._clients.popleft()
+        waiting = self._waiting[client]
+        taken = waiting.popleft()
+        if waiting:
+            self._clients.append(client)
+        else:
+            del self._waiting[client]
+        return taken
 
 
 class Source(Protocol):
