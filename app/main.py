@@ -27,8 +27,7 @@ from plinko.app.live.sessions.fair_sessions import FairSessions
 from plinko.app.ops import logs
 from plinko.app.ops.metrics import Metrics
 from plinko.app.persistence.checks.integrity import Integrity
-from plinko.app.persistence.lease_book import LeaseBook, Unshared
-from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.common_secrets import TOKENS, common_secret
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE, Ledger
@@ -94,7 +93,7 @@ def _services(settings: Settings) -> Services:
         period=1.0 / TICK_RATE,
         patience=COMMIT_PATIENCE,
         on_commit=metrics.ledger_commit.observe,
-        leases=shares.book if shares else Unshared(),
+        leases=shares.book if shares else None,
         targets=[target.url for target in targets],
     )
     limits = kinds.BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
@@ -102,7 +101,6 @@ def _services(settings: Settings) -> Services:
         ledger,
         tick_rate=TICK_RATE,
         limits=limits,
-        leases=Leases(ledger, shares.book) if shares else None,
     )
     registry = Rooms(
         settings,

@@ -95,19 +95,19 @@ class Arriving:
         A server that was frozen could still show its clients a state that another server has
         replaced. While the ledger cannot be read, the room stays.
         """
-        lease = self._leases.of(room_id)
+        lease = self._leases.book.of(room_id)
         try:
             await self._leases.confirm_lately(room_id)
         except LeaseLostError:
             # Otherwise the room left meanwhile, and may have come back under another lease.
-            if self._leases.of(room_id) == lease:
+            if self._leases.book.of(room_id) == lease:
                 self._leaving.put_away(room_id)
         except LedgerError as error:
             _log.info("cannot confirm the lease of a room: %s", error, extra={"room": room_id})
 
     async def begin(self, room_id: str) -> None:
         """Take the lease of a new room; raises what the claim raises, and LedgerError."""
-        if self._leases.alone:
+        if self._leases.book.alone:
             return
         row = await self._persistence.ledger.read(lease_store.holder_of, room=room_id)
         await self._leases.take(room_id, self._claim(room_id, row), self._leaving.put_away)
@@ -153,9 +153,9 @@ class Arriving:
             async with self._places:
                 room = await self._load(room_id)
         except BaseException:
-            self._leases.drop(room_id)
+            self._leases.book.drop(room_id)
             raise
-        if self._leases.of(room_id) != lease:
+        if self._leases.book.of(room_id) != lease:
             raise LeaseLostError(f"another server has taken room {room_id!r}", field="room")
         if room is None:
             self._leases.let_go(room_id)

@@ -97,7 +97,7 @@ class Leaving:
             if live.gone is not None:
                 return
             self._persistence.leave([live.room] if live.room.awake else [])
-            lease = self._leases.drop(room_id)
+            lease = self._leases.book.drop(room_id)
             self._memory.drop_from_memory(live, away)
             if lease is not None:
                 await self._leases.release(lease, holder, address)
@@ -117,7 +117,7 @@ class Leaving:
 
     def put_away(self, room_id: str) -> None:
         """Remove a room that another server has taken; nothing more of it is sent or written."""
-        self._leases.drop(room_id)
+        self._leases.book.drop(room_id)
         _log.warning("another server has taken a room", extra={"room": room_id})
         live = self._rooms.in_memory.get(room_id)
         if live is not None:

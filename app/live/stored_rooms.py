@@ -53,7 +53,7 @@ class StoredRooms:
     @property
     def alone(self) -> bool:
         """Whether no other server uses the ledger."""
-        return self.leases.alone
+        return self.leases.book.alone
 
     def check(self, room_id: str) -> None:
         """Raise LeaseLostError for a room that is leaving, or is perhaps at another server."""

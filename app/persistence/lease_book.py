@@ -31,16 +31,6 @@ _NO_LEASE: Final = Lease("", 0)
 """Stamps writes to a room that this server does not have: no room has it, so they are refused."""
 
 
-class Unshared:
-    """The null `LeaseBook` of a server that has the ledger for itself: no write needs a lease."""
-
-    def stamp(self, writes: Sequence[Write]) -> list[Part]:
-        return [(None, writes)]
-
-    def lost(self, leases: Sequence[Lease]) -> None:
-        """Never called, because no write is made under a lease."""
-
-
 @dataclass(slots=True, eq=False)
 class Entry:
     """A lease that this server has.
@@ -60,13 +50,19 @@ class LeaseBook:
     """For the event loop's thread.
 
     `holder` is this server's unique name in the ledger; `address` is where other servers reach it.
+    Without a name, the server has the ledger for itself: it has no leases, and no write needs one.
     """
 
-    def __init__(self, holder: str, address: str = "") -> None:
+    def __init__(self, holder: str = "", address: str = "") -> None:
         self.holder = holder
         self.address = address
         self._entries: dict[str, Entry] = {}
         self._room_of: dict[int, str] = {}  # by the run's number
+
+    @property
+    def alone(self) -> bool:
+        """Whether no other server uses the ledger."""
+        return not self.holder
 
     @property
     def rooms(self) -> list[str]:
@@ -103,6 +99,8 @@ class LeaseBook:
 
     def stamp(self, writes: Sequence[Write]) -> list[Part]:
         """Group writes by the lease of their room; those of no room come first, under None."""
+        if self.alone:
+            return [(None, writes)]
         parts: dict[Lease | None, list[Write]] = {None: []}
         for write in writes:
             parts.setdefault(self._lease_of(write), []).append(write)

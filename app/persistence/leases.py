@@ -7,7 +7,6 @@ from typing import Final
 
 from plinko.app.concurrency.single_flight import SingleFlight, log_failure
 from plinko.app.errors import LeaseLostError, LedgerError
-from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store
 from plinko.app.rooms.records import Lease
@@ -20,65 +19,22 @@ _TAKE_AGAIN: Final = 0.05  # s between two attempts to take a lease
 _FRESH: Final = 0.25  # s for which a confirmation stays good: a lease is never lost that fast
 
 
-class NoLeases:
-    """Stands in for `Leases` where one server has the ledger for itself, and so every room."""
+class Leases:
+    """For the event loop's thread. `now` gives Unix time in seconds.
 
-    alone = True
+    A server that has the ledger for itself has every room: all this does nothing there.
+    """
 
-    def of(self, room_id: str) -> Lease | None:
-        """This server's lease of a room, or None."""
-        return None
-
-    def note(self, run: int, room_id: str) -> None:
-        """Note that the run of this number is one of this room."""
-
-    def drop(self, room_id: str) -> Lease | None:
-        """Forget the lease of a room, if this server has it; returns it."""
-        return None
-
-    async def take(
-        self, room_id: str, after: int | None, lost: Callable[[str], None]
-    ) -> Lease | None:
-        """Take a room's lease."""
-        return None
-
-    async def confirm(self, room_id: str) -> None:
-        """Check that this server still has a room."""
-
-    async def confirm_lately(self, room_id: str) -> None:
-        """As `confirm`, but asks the ledger less often."""
-
-    async def release(self, lease: Lease, holder: str = "", address: str = "") -> None:
-        """Release the lease of a dropped room, perhaps to another server."""
-
-    def let_go(self, room_id: str) -> None:
-        """Release a room that has left memory and is completely written, in the background."""
-
-
-class Leases(NoLeases):
-    """For the event loop's thread. `now` gives Unix time in seconds."""
-
-    alone = False
-
-    def __init__(
-        self, ledger: Ledger, book: LeaseBook, *, now: Callable[[], float] = time.time
-    ) -> None:
-        self.book = book
+    def __init__(self, ledger: Ledger, *, now: Callable[[], float] = time.time) -> None:
+        self.book = ledger.leases
         self._ledger = ledger
         self._now = now
         self._confirming = SingleFlight[None]()
         self._releasing: set[asyncio.Task[None]] = set()
 
-    def of(self, room_id: str) -> Lease | None:
-        return self.book.of(room_id)
-
-    def note(self, run: int, room_id: str) -> None:
-        self.book.note(run, room_id)
-
-    def drop(self, room_id: str) -> Lease | None:
-        return self.book.drop(room_id)
-
-    async def take(self, room_id: str, after: int | None, lost: Callable[[str], None]) -> Lease:
+    async def take(
+        self, room_id: str, after: int | None, lost: Callable[[str], None]
+    ) -> Lease | None:
         """Take a room's lease from its former holder; raises LedgerError.
 
         The ledger then has everything that the former holder wrote, and refuses all its later
@@ -86,6 +42,8 @@ class Leases(NoLeases):
         (0: no lease). `lost` is called with the room's id if another server takes the room.
         """
         book, now = self.book, self._now()
+        if book.alone:
+            return None
         for _ in range(int(_TAKE_SECONDS / _TAKE_AGAIN)):
             number = await self._ledger.read(
                 lease_store.take,
@@ -111,6 +69,8 @@ class Leases(NoLeases):
 
         If it has, no other server has written to the room since this server took it.
         """
+        if self.book.alone:
+            return
         lease = self.book.of(room_id)
         row = await self._ledger.read(lease_store.holder_of, room=room_id)
         if lease is None or row is None or lease.number != row.number:
@@ -135,6 +95,7 @@ class Leases(NoLeases):
         )
 
     def let_go(self, room_id: str) -> None:
+        """Release a room that has left memory and is completely written, in the background."""
         lease = self.book.drop(room_id)
         if lease is not None:
             task = asyncio.create_task(self.release(lease))

@@ -12,7 +12,7 @@ import msgspec
 
 from plinko.app.errors import ClosedRoomError
 from plinko.app.persistence.clock import RunClock, SteadyClock
-from plinko.app.persistence.leases import NoLeases
+from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store
 from plinko.app.rooms.pending import Pending
@@ -39,16 +39,10 @@ class RoomRun:
 class RoomRuns:
     """All records, by room; for the event loop's thread. `now` returns Unix time in seconds."""
 
-    def __init__(
-        self,
-        ledger: Ledger,
-        tick_rate: int,
-        now: Callable[[], float],
-        leases: NoLeases,
-    ) -> None:
+    def __init__(self, ledger: Ledger, tick_rate: int, now: Callable[[], float]) -> None:
         self.ledger = ledger
         self.now = now
-        self.leases = leases
+        self.leases = Leases(ledger)
         self.next_number = 1
         self._tick_rate = tick_rate
         self._records: dict[str, RoomRun] = {}
@@ -64,11 +58,11 @@ class RoomRuns:
 
     async def new_run(self, room_id: str, *, owned: bool = False, known: bool = False) -> RoomRun:
         """The record of a run that begins now; raises LedgerError if it can get no number."""
-        if self.leases.alone:
+        if self.leases.book.alone:
             number, self.next_number = self.next_number, self.next_number + 1
         else:
             number = await self.ledger.read(lease_store.reserve)
-        self.leases.note(number, room_id)
+        self.leases.book.note(number, room_id)
         return self.made(number, owned=owned, known=known)
 
     def made(self, number: int, *, owned: bool = False, known: bool = False) -> RoomRun:
@@ -91,7 +85,7 @@ class RoomRuns:
     def begin(self, room_id: str, record: RoomRun) -> None:
         """Make this run the room's current one."""
         self._records[room_id] = record
-        self.leases.note(record.number, room_id)
+        self.leases.book.note(record.number, room_id)
 
     def forget(self, room: Room) -> None:
         """Drop the record of a room that leaves memory. The ledger keeps its rows."""

@@ -6,7 +6,6 @@ from typing import Final
 
 from plinko.app.errors import LedgerError
 from plinko.app.persistence.clock import RunClock, SteadyClock
-from plinko.app.persistence.leases import NoLeases
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.recovery.recovery import Recovery
 from plinko.app.persistence.room_runs import RoomRun, RoomRuns
@@ -25,8 +24,7 @@ _LONGEST_LEAD: Final = 0.5  # s, the longest that a drop waits for its tick
 class PersistenceService:
     """Decides what to write to the ledger, and when; for the event loop's thread.
 
-    `now` returns Unix time in seconds and never goes back; `leases` are this server's, by default
-    of one that has the ledger for itself.
+    `now` returns Unix time in seconds and never goes back.
     """
 
     def __init__(
@@ -36,11 +34,10 @@ class PersistenceService:
         tick_rate: int,
         limits: BallLimits,
         now: Callable[[], float] | None = None,
-        leases: NoLeases | None = None,
     ) -> None:
         self.ledger = ledger
-        self.leases = leases or NoLeases()
-        self.runs = RoomRuns(ledger, tick_rate, now or SteadyClock(), self.leases)
+        self.runs = RoomRuns(ledger, tick_rate, now or SteadyClock())
+        self.leases = self.runs.leases
         self.recovery = Recovery(self.runs, tick_rate=tick_rate, limits=limits)
         self._tick_rate = tick_rate
 
@@ -121,7 +118,7 @@ class PersistenceService:
 
     def close(self, room: ListedRoom) -> None:
         """End the run of a room that is not in memory."""
-        self.leases.note(room.number, room.id)
+        self.leases.book.note(room.number, room.id)
         self.runs.report([Close(room.number, room.tick, self.now())])
 
     # Rooms that leave memory.

@@ -8,6 +8,7 @@ from collections.abc import Callable, Coroutine, Sequence
 from typing import Any, Final, TypeVar
 
 from plinko.app.errors import LedgerError
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.commit_queue import Done
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store, store
@@ -32,6 +33,7 @@ class NullLedger(Ledger):
     up = True
 
     def __init__(self) -> None:
+        self.leases = LeaseBook()
         self._last: dict[int, tuple[int, int]] = {}  # number and tick of each run's last input
 
     def submit(self, *writes: Write, use: KeyUse | None = None) -> "asyncio.Future[None]":

@@ -208,7 +208,7 @@ class FairSessions:
     def _cached(self, session_id: str) -> FairSession | None:
         """A session in memory; None if its room has left this server since it was read."""
         found = self._sessions.get(session_id)
-        if found is not None and found.lease != self._persistence.leases.of(found.room):
+        if found is not None and found.lease != self._persistence.leases.book.of(found.room):
             return None
         return found
 
@@ -339,7 +339,7 @@ class FairSessions:
         )
 
     def _remember(self, session: FairSession) -> FairSession:
-        session.lease = self._persistence.leases.of(session.room)
+        session.lease = self._persistence.leases.book.of(session.room)
         self._sessions[session.id] = session
         while len(self._sessions) > _IN_MEMORY:
             oldest = next(iter(self._sessions.values()))

@@ -20,7 +20,7 @@ from sqlalchemy import Connection
 
 from plinko.app.concurrency.single_flight import log_failure
 from plinko.app.errors import LeaseLostError, LedgerError, UndecidedError
-from plinko.app.persistence.lease_book import LeaseBook, Unshared
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.commit_queue import CommitQueue, Done, Job
 from plinko.app.persistence.ledger.committer import Answers, Committer
 from plinko.app.persistence.ledger.database import Database
@@ -36,8 +36,6 @@ COMMIT_PATIENCE: Final = 2.0  # s that a commit may take before drops get 503
 
 _POLLS: Final = 4  # of the thread's progress within `patience`
 _CLOSE_SECONDS: Final = 10.0  # for the last writes at a stop; the next start recomputes lost ones
-
-_UNSHARED: Final = Unshared()
 
 _log = logging.getLogger("plinko")
 
@@ -87,7 +85,7 @@ class Ledger:
         patience: float,
         clock: Callable[[], float] = time.monotonic,
         on_commit: Callable[[float], None] = lambda seconds: None,
-        leases: LeaseBook | Unshared = _UNSHARED,
+        leases: LeaseBook | None = None,
         targets: Sequence[str] = (),
     ) -> None:
         self.database = database
@@ -96,7 +94,7 @@ class Ledger:
         self.failures = 0
         self.lag = 0.0  # s from submission to durability: the longest of the recent commits
         self._on_commit = on_commit
-        self._leases = leases
+        self.leases = leases or LeaseBook()
         self._clock = clock
         self._queue = CommitQueue()
         self._watched = False
@@ -153,7 +151,7 @@ class Ledger:
         Raises LedgerError if the ledger cannot be written now.
         """
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        leases = [lease for lease, _ in self._leases.stamp(writes) if lease is not None]
+        leases = [lease for lease, _ in self.leases.stamp(writes) if lease is not None]
         task = asyncio.current_task()
         self._put(Job(writes, _settle(future), tuple(leases), task=task, use=use))
         return future
@@ -229,7 +227,7 @@ class Ledger:
         if not writes:
             return
         # One job for each room, so that a lost lease refuses only that room's writes.
-        for lease, part in self._leases.stamp(writes):
+        for lease, part in self.leases.stamp(writes):
             own = done if part[-1] is writes[-1] else None
             self._put(Job(part, done=own, leases=() if lease is None else (lease,), keep=True))
 
@@ -328,7 +326,7 @@ class Ledger:
 
     def _lost(self, leases: Sequence[Lease], jobs: Sequence[Job], failure: LeaseLostError) -> None:
         """Drop the rooms before reporting refusals, so that their clients see no refused drop."""
-        self._leases.lost(leases)
+        self.leases.lost(leases)
         _report(jobs, failure)
 
     def _recovered(self, failure: LedgerError) -> None:

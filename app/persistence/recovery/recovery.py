@@ -59,7 +59,7 @@ class Recovery:
 
     async def prepare(self) -> None:
         """Get ready to load rooms; raises LedgerError, DamagedRoomError if no room can be found."""
-        if not self._runs.leases.alone:
+        if not self._runs.leases.book.alone:
             await self._runs.follow_database()
             return
         try:
@@ -89,7 +89,7 @@ class Recovery:
             if found is None:
                 return None
             row, kept = found
-            self._runs.leases.note(row.number, room_id)
+            self._runs.leases.book.note(row.number, room_id)
             why = self._outdated(row, ground_now)
             if why is not None:
                 return await self._succeed(row, kept, why)

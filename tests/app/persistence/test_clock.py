@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from plinko.app.persistence.clock import SteadyClock
-from plinko.app.persistence.leases import NoLeases
 from plinko.app.persistence.room_runs import RoomRuns
 from tests.kit.null_ledger import NullLedger
 
@@ -28,5 +27,5 @@ async def test_a_busy_server_s_clock_is_not_late() -> None:
     database, ledger = Database(), NullLedger()
     ledger.read = database.read  # type: ignore[method-assign]
     clock = SteadyClock(lambda: database.seconds, lambda: 0.0)
-    await RoomRuns(ledger, 60, clock, NoLeases()).follow_database()
+    await RoomRuns(ledger, 60, clock).follow_database()
     assert clock() == 1e9 + 3.0

@@ -62,7 +62,7 @@ class Server:
         self.database = Steps(url, shared=True)
         self.book = LeaseBook(name)
         self.ledger = Ledger(self.database, period=0.0, patience=60.0, leases=self.book)
-        self.leases = Leases(self.ledger, self.book, now=lambda: 5.0)
+        self.leases = Leases(self.ledger, now=lambda: 5.0)
         self.lost: list[str] = []
 
     async def __aenter__(self) -> "Server":

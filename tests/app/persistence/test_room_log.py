@@ -12,7 +12,7 @@ import msgspec
 import pytest
 
 from plinko.app.errors import BusyError, LedgerError, ReadersError
-from plinko.app.persistence.leases import NoLeases
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.room_log import MOST_OF_ONE, MOST_READERS, Entries, LogPage, RoomLogs
 from plinko.app.persistence.room_runs import RoomRuns
 from plinko.app.rooms.independent import IndependentRoom
@@ -27,6 +27,7 @@ class Disk:
     """A ledger with its own clock, on which each page takes 10 ms."""
 
     def __init__(self) -> None:
+        self.leases = LeaseBook()
         self.time = 0.0
         self.rested = 0.0
         self.reading = self.most = 0
@@ -61,7 +62,7 @@ class Disk:
 
 def opened(drops: int) -> tuple[RoomLogs, IndependentRoom, Disk]:
     disk = Disk()
-    runs = RoomRuns(disk, 60, time.time, NoLeases())  # type: ignore[arg-type]
+    runs = RoomRuns(disk, 60, time.time)  # type: ignore[arg-type]
     runs.begin("r", runs.made(1))
     logs = RoomLogs(runs, clock=lambda: disk.time, sleep=disk.sleep)
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)

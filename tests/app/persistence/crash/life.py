@@ -16,7 +16,7 @@ from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.registry import Rooms
 from plinko.app.live.stored_rooms import StoredRooms
-from plinko.app.persistence.lease_book import LeaseBook, Unshared
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.leases import Leases
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.ledger.writer import Ledger
@@ -93,7 +93,6 @@ class Life:
     @property
     def leases(self) -> Leases:
         """The leases of a server that shares its ledger."""
-        assert isinstance(self.stored.leases, Leases)
         return self.stored.leases
 
     async def row(self, room_id: str) -> RoomRow:
@@ -125,13 +124,9 @@ async def living(
     """
     chosen = Settings(**settings)
     limits = BallLimits(chosen.max_balls, MAX_TOUCHING)
-    book = LeaseBook(holder) if holder else None
     database = Database(url, shared=bool(holder))
-    ledger = Ledger(database, period=0.0, patience=60.0, leases=book or Unshared())
-    leases = Leases(ledger, book) if book else None
-    service = PersistenceService(
-        ledger, tick_rate=TICK_RATE, limits=limits, leases=leases, now=CLOCK.unix
-    )
+    ledger = Ledger(database, period=0.0, patience=60.0, leases=LeaseBook(holder))
+    service = PersistenceService(ledger, tick_rate=TICK_RATE, limits=limits, now=CLOCK.unix)
     rooms = Rooms(chosen, Boards(8), Hub(8), board, service, clock=CLOCK, claim=claim)
     await asyncio.to_thread(ledger.open)
     ledger.start()

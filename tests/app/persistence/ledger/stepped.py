@@ -23,8 +23,7 @@ from plinko.app.errors import LedgerError, UndecidedError
 from plinko.app.live.broadcast.hub import Hub
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.registry import Rooms
-from plinko.app.persistence.lease_book import LeaseBook, Unshared
-from plinko.app.persistence.leases import Leases
+from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.room_log import RoomLogs
@@ -150,13 +149,12 @@ class Table:
         self._aio = asyncio.new_event_loop()
         self.loop = Clockwork(self.within)
         self.database = Steps(url, shared=bool(holder))
-        book = LeaseBook(holder) if holder else None
         self.ledger = Ledger(
             self.database,
             period=1 / 60,
             patience=PATIENCE,
             clock=lambda: self.loop.now,
-            leases=book or Unshared(),
+            leases=LeaseBook(holder),
         )
         self.ledger.open()
         self.ledger.attach(self.loop)
@@ -165,7 +163,6 @@ class Table:
             tick_rate=60,
             limits=LIMITS,
             now=lambda: 1e9 + self.loop.now,
-            leases=Leases(self.ledger, book) if book else None,
         )
         board = Board.preset("triangle-8")
         self.rooms = _Heard(
