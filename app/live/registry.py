@@ -92,10 +92,16 @@ class Rooms:
         self._context = RoomContext(
             audiences, self.persistence, self.orders, self.runner, new_id, filmed, draw
         )
-        self._open = OpenRooms(settings, self.persistence)
+        self._open = OpenRooms(self.persistence)
         self.public = PublicTables(boards, main_board, self.scene)
         self.stored = StoredRooms(
-            self.persistence, self._open, self.public, self, self._new_aside, claim
+            self.persistence,
+            self._open,
+            self.public,
+            self,
+            self._new_aside,
+            claim,
+            settings.max_rooms,
         )
         self._new_id = new_id
 
@@ -103,17 +109,11 @@ class Rooms:
 
     def all(self) -> list[LiveRoom]:
         """Every open room in memory, the longest unused first."""
-        self._open.close_idle()
         return list(self._open.in_memory.values())
 
     def is_open(self, room_id: str) -> bool:
         """Whether a room with this id is in memory."""
         return room_id in self._open.in_memory
-
-    @property
-    def free(self) -> int:
-        """How many more rooms players can open before one must make way."""
-        return self._open.free
 
     def find(self, room_id: str) -> LiveRoom:
         """The room with this id, if it is in memory.
@@ -140,7 +140,6 @@ class Rooms:
         Raises UnknownRoomError, LedgerError if the ledger cannot be read, RebuildingError for
         touching balls that take long to replay, and DamagedRoomError for a room that is set aside.
         """
-        self._open.close_idle()
         await self.stored.arriving.fetch(room_id)
         live = self.find(room_id)
         with contextlib.suppress(LedgerError):  # the next request for the room tries again
@@ -199,10 +198,6 @@ class Rooms:
         for live in self._open.in_memory.values():
             live.queue.end()
         self.persistence.leave(self.runner.close())
-
-    async def made_by(self, creator: str) -> int:
-        """How many open rooms this creator has at all servers; raises LedgerError."""
-        return await self.stored.made_by(creator)
 
     async def opened_by(self, use: KeyUse) -> LiveRoom | None:
         """The room that an earlier request has opened, if this one is a repeat.
@@ -267,7 +262,6 @@ class Rooms:
         retold: Retold | None,
     ) -> LiveRoom:
         await self.stored.make_place()
-        self._open.make_place()
         room = await self._new_aside(self._new_id(), basis, mode)
         if retold is not None:
             assert isinstance(room, TouchingRoom)

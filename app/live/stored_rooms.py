@@ -10,15 +10,19 @@ import math
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 
-from plinko.app.errors import DamagedRoomError, LeaseLostError
+from plinko.app.errors import DamagedRoomError, LeaseLostError, RoomLimitError
 from plinko.app.live.arriving import Arriving, Claim
 from plinko.app.live.leaving import Leaving, Memory
-from plinko.app.live.open_rooms import REST_SECONDS, UNUSED_SECONDS, OpenRooms
+from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.public_tables import PublicTables
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import store
 from plinko.app.rooms.records import ListedRoom
 from plinko.app.rooms.room import Ground, Room
+
+UNUSED_SECONDS: Final = 86_400.0  # without use after which a room with an owner is closed
+REST_SECONDS: Final = 3600.0
+"""An unused room with an owner makes way for another only after this time: a break in a lesson."""
 
 SEARCH_SECONDS: Final = 60.0  # between two searches for unused rooms
 _UNUSED_AT_ONCE: Final = 20  # unused rooms closed in one search
@@ -38,6 +42,7 @@ class StoredRooms:
         memory: Memory,
         make: Callable[[str, Ground, str], Awaitable[Room]],
         claim: Claim,
+        max_rooms: int,
     ) -> None:
         self.leases = persistence.leases
         self.leaving = Leaving(persistence, rooms, memory)
@@ -46,6 +51,7 @@ class StoredRooms:
         self._public = public
         self._ledger = persistence.ledger
         self._rooms = rooms
+        self._max_rooms = max_rooms
         self._next_search = 0.0
         self._listed: list[ListedRoom] = []
         self._listed_at = -math.inf
@@ -91,18 +97,21 @@ class StoredRooms:
 
     async def made_by(self, creator: str) -> int:
         """How many open rooms this creator has at all servers; raises LedgerError."""
-        await self._count()
         return await self._ledger.read(store.count_owned, creator=creator)
 
-    async def make_place(self) -> None:
-        """Count the rooms with owners at all servers before another is opened.
+    async def free(self) -> int:
+        """How many more rooms players can open before one must make way; raises LedgerError."""
+        return max(0, self._max_rooms - await self._ledger.read(store.count_owned))
 
-        If there are too many, close the longest unused one. Raises LedgerError.
+    async def make_place(self) -> None:
+        """Close the longest unused room with an owner if there are too many.
+
+        Raises RoomLimitError if all of them were used recently, LedgerError.
         """
-        await self._count()
-        if self._rooms.free == 0:
+        if not await self.free():
             await self._close_unused(REST_SECONDS, "room for another", 1)
-            await self._count()
+            if not await self.free():
+                raise RoomLimitError(f"all {self._max_rooms} rooms are in use; try again later")
 
     async def renew(self) -> None:
         """Close rooms that have been unused for too long, once a minute; raises LedgerError."""
@@ -111,11 +120,9 @@ class StoredRooms:
             await self._close_unused(UNUSED_SECONDS, "unused", _UNUSED_AT_ONCE)
             self._next_search = now + SEARCH_SECONDS
 
-    async def _count(self) -> None:
-        self._rooms.count(await self._ledger.read(store.count_owned))
-
     async def _close_unused(self, seconds: float, why: str, most: int) -> None:
         before, here = self._persistence.now() - seconds, self._rooms.in_memory
+        self._rooms.park_unused(seconds, len(here))
         # Of a room in memory the ledger may not have the last use.
         limit = most + len(here)
         unused = await self._ledger.read(store.unused_rooms, before=before, limit=limit)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Final
 
 from plinko.app.errors import LedgerError
@@ -123,15 +124,15 @@ class PersistenceService:
 
     # Rooms that leave memory.
 
-    def park(self, room: Room, *, close: bool) -> bool:
-        """Forget a sleeping room, and perhaps end its run; returns whether the ledger has it."""
+    def park(self, room: Room) -> None:
+        """Forget a sleeping room, and release its lease."""
         record = self.runs.of(room)
         if record.known:
-            ending = Close(record.number, room.log_tick, self.now())
             # The mark has the time of the last use, by which unused rooms are found.
-            self.runs.report([ending if close else self.runs.mark(room, record, awake=False)])
+            mark = self.runs.mark(room, record, awake=False)
+            self.runs.report([replace(mark, used=record.used)])
         self.runs.forget(room)
-        return record.known
+        self.leases.let_go(room.id)
 
     def touch(self, room: Room) -> None:
         self.runs.of(room).used = self.now()

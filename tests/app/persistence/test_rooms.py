@@ -14,7 +14,7 @@ import pytest
 
 from plinko.app.cli import main
 from plinko.app.errors import SettingError
-from plinko.app.live.open_rooms import UNUSED_SECONDS
+from plinko.app.live.stored_rooms import UNUSED_SECONDS
 from plinko.app.rooms.log import verify_log
 from plinko.app.rooms.stakes import payout_of
 from plinko.app.web.tokens import secret_of
@@ -22,7 +22,7 @@ from plinko.engine import Board, drop
 from tests.app.conftest import TINY
 from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
 from tests.kit.player import playing
-from tests.kit.serving import Running, serving
+from tests.kit.serving import Running, constants, serving
 from tests.kit.waiting import eventually, until
 
 
@@ -221,12 +221,17 @@ async def test_a_closed_room_sends_everyone_away_for_good(
     assert room not in http.get("/rooms").text
 
 
-def test_a_room_that_nobody_uses_is_closed(url: str) -> None:
-    with serving(database_url=url) as server, client_of(server) as http:
+async def test_a_room_that_nobody_uses_is_closed(url: str) -> None:
+    with (
+        constants(**{"plinko.app.live.registry.SEARCH_SECONDS": 0.01}),
+        serving(database_url=url) as server,
+        client_of(server) as http,
+    ):
         room, _ = opened(http)
         assert http.get(f"/rooms/{room}").status_code == 200
         later = server.services.rooms.persistence.now() + UNUSED_SECONDS + 1.0
         server.services.rooms.persistence.runs.now = lambda: later
+        await eventually(lambda: not server.services.rooms.is_open(room))
         assert http.get(f"/rooms/{room}").status_code == 404
         assert http.get("/rooms/main").status_code == 200
 

@@ -23,8 +23,8 @@ from plinko.app.fairness.export import read_export
 from plinko.app.fairness.signing import Signer
 from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.hub import Client, Mailbox
-from plinko.app.live.open_rooms import UNUSED_SECONDS
 from plinko.app.live.sessions.fair_sessions import FairSessions
+from plinko.app.live.stored_rooms import UNUSED_SECONDS
 from plinko.app.persistence.checks.audit import Audit
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.signing_key import SigningKey
@@ -403,13 +403,17 @@ async def test_an_address_s_rooms_are_counted_at_all_servers(address: str) -> No
     async with two(address) as (a, b):
         for life, mark in ((a, "one"), (b, "one"), (a, "other")):
             room = await life.rooms.create(BOARD, creator=mark)
-        assert [await b.rooms.made_by(mark) for mark in ("one", "other", "none")] == [2, 1, 0]
+        assert [await b.stored.made_by(mark) for mark in ("one", "other", "none")] == [
+            2,
+            1,
+            0,
+        ]
         await a.rooms.reset(room)
         await a.stored.leaving.migrate(room.id)
         await b.rooms.reset(await b.rooms.seek(room.id))
-        assert await a.rooms.made_by("other") == 1
+        assert await a.stored.made_by("other") == 1
         await b.rooms.delete(b.rooms.find(room.id))
-        assert await a.rooms.made_by("other") == 0
+        assert await a.stored.made_by("other") == 0
 
 
 async def test_an_unused_room_closes_anywhere_once_the_ledger_answers(

@@ -422,8 +422,8 @@ def test_a_room_that_is_filmed_stays_open(server: Running, http: httpx.Client) -
     rooms = server.services.rooms
     http.get("/api/v1/rooms/triangle-9-low").raise_for_status()
     room = rooms.find("triangle-9-low")
-    assert rooms._open._unneeded(lambda other: other is room) is room
+    assert not rooms._open.is_used(room)
     with http.stream("GET", "/api/v1/rooms/triangle-9-low/stream.mjpg") as viewed:
         pieces = viewed.iter_raw()
         assert next(pieces)
-        assert rooms._open._unneeded(lambda other: other is room) is None
+        assert rooms._open.is_used(room)

@@ -372,7 +372,7 @@ def test_a_ball_dropped_into_a_room_is_accepted_at_once(http: httpx.Client) -> N
 def test_an_idle_room_makes_way_when_all_are_taken_a_busy_not() -> None:
     slow = {"board": TINY | {"gravity": 1e-3}}  # no ball lands during the test
     with (
-        constants(**{"plinko.app.live.open_rooms.REST_SECONDS": 0.0}),
+        constants(**{"plinko.app.live.stored_rooms.REST_SECONDS": 0.0}),
         serving(max_rooms=1) as server,
         server.client() as http,
     ):

@@ -168,8 +168,9 @@ async def open_room(request: Request, server: Server, repeats: Repeats) -> Respo
 async def _open(
     request: Request, server: Services, body: RoomRequest, creator: str, use: KeyUse
 ) -> LiveRoom:
-    has, rooms = await server.rooms.made_by(creator), server.rooms
-    with server.creators.place(address_of(request), has=has, left=rooms.free):
+    rooms, stored = server.rooms, server.rooms.stored
+    has, left = await stored.made_by(creator), await stored.free()
+    with server.creators.place(address_of(request), has=has, left=left):
         if body.story is None:
             basis, mode = await _basis(request, server, body)
             return await rooms.create(basis, mode, creator, use)

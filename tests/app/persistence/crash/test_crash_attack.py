@@ -36,7 +36,7 @@ READING: Final = 12.0  # s
 FLAGS: Final = ("--max-rooms", "100")
 PROGRAM: Final = (
     "-c",
-    "from plinko.app.live import open_rooms; open_rooms.REST_SECONDS = 60.0; "
+    "from plinko.app.live import stored_rooms; stored_rooms.REST_SECONDS = 60.0; "
     "from tests.kit import stakes; stakes.begin(); "
     "import plinko.__main__",
     *("serve", "--drop-rate", "1000"),
