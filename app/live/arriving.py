@@ -6,19 +6,19 @@ when a client asks for it here, or when the server that had it has failed.
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Final
 
 from plinko.app.concurrency.single_flight import SingleFlight
 from plinko.app.errors import LeaseLostError, LedgerError, RebuildingError
-from plinko.app.live.leaving import Leaving, Memory
+from plinko.app.live.leaving import Leaving
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.public_tables import PublicTables
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import lease_store
 from plinko.app.rooms.records import LeaseRow
-from plinko.app.rooms.room import Ground, Room
+from plinko.app.rooms.room import Room
 
 _ARRIVAL_SECONDS: Final = 10.0
 """s that a client waits for a room before it gets RebuildingError."""
@@ -39,7 +39,7 @@ def any_room(room_id: str, row: LeaseRow | None) -> None:
 
 
 class Arriving:
-    """For the event loop's thread. `make` makes a public room that is not in the ledger."""
+    """For the event loop's thread."""
 
     def __init__(
         self,
@@ -47,8 +47,6 @@ class Arriving:
         persistence: PersistenceService,
         rooms: OpenRooms,
         public: PublicTables,
-        memory: Memory,
-        make: Callable[[str, Ground, str], Awaitable[Room]],
         leaving: Leaving,
     ) -> None:
         self._leases = persistence.leases
@@ -56,8 +54,6 @@ class Arriving:
         self._persistence = persistence
         self._rooms = rooms
         self._public = public
-        self._memory = memory
-        self._make = make
         self._leaving = leaving
         self._coming: dict[str, asyncio.Task[LiveRoom | None]] = {}
         self._lookups = SingleFlight[
@@ -160,13 +156,13 @@ class Arriving:
         if room is None:
             self._leases.let_go(room_id)
             return None
-        return self._memory.add(room)
+        return self._rooms.add(room)
 
     async def _load(self, room_id: str) -> Room | None:
         ground = self._public.ground(room_id)
         room = await self._persistence.recovery.load(room_id, ground_now=ground)
         if room is None and ground is not None:
-            room = await self._make(room_id, *self._public.find(room_id))
+            room = await self._rooms.make(room_id, *self._public.find(room_id))
             runs = self._persistence.runs
             runs.begin(room_id, await runs.new_run(room_id))
         return room

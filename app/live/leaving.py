@@ -7,14 +7,13 @@ A room that another server has taken is removed at once.
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
-from typing import Final, Protocol
+from typing import Final
 
 from plinko.app.concurrency.single_flight import to_the_end
 from plinko.app.errors import LeaseLostError, UnknownRoomError
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.persistence.service import PersistenceService
-from plinko.app.rooms.room import Room
 
 _ENTRY_SECONDS: Final = 2.0
 """s that drops on their way may take to enter before a room is handed over."""
@@ -24,19 +23,6 @@ _ENTRY_POLL: Final = 0.005  # s between two checks whether they have entered
 _log = logging.getLogger("plinko")
 
 
-class Memory(Protocol):
-    """The operations of `Rooms` on its memory that arriving and leaving rooms need."""
-
-    def add(self, room: Room) -> LiveRoom:
-        """Take a room into memory."""
-
-    def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
-        """Remove a room: it stops ticking, and callers that wait get `error`."""
-
-    def send_away(self, room_id: str, error: LeaseLostError) -> None:
-        """Close the connections of a room's clients, which then reconnect to its new server."""
-
-
 async def _to_nobody() -> None:
     """Hand over to no particular server: the next one that a client asks takes the room."""
 
@@ -44,11 +30,10 @@ async def _to_nobody() -> None:
 class Leaving:
     """For the event loop's thread."""
 
-    def __init__(self, persistence: PersistenceService, rooms: OpenRooms, memory: Memory) -> None:
+    def __init__(self, persistence: PersistenceService, rooms: OpenRooms) -> None:
         self._leases = persistence.leases
         self._persistence = persistence
         self._rooms = rooms
-        self._memory = memory
         self._leaving: dict[str, asyncio.Future[None]] = {}
 
     def check(self, room_id: str) -> None:
@@ -98,14 +83,14 @@ class Leaving:
                 return
             self._persistence.leave([live.room] if live.room.awake else [])
             lease = self._leases.book.drop(room_id)
-            self._memory.drop_from_memory(live, away)
+            self._rooms.give_up(live, away)
             if lease is not None:
                 await self._leases.release(lease, holder, address)
             await receive()
         finally:
             del self._leaving[room_id]
             if room_id not in self._rooms.in_memory:
-                self._memory.send_away(room_id, away)
+                self._rooms.send_away(room_id, away)
             left.set_result(None)
 
     async def _settle(self, live: LiveRoom) -> None:
@@ -122,8 +107,8 @@ class Leaving:
         live = self._rooms.in_memory.get(room_id)
         if live is not None:
             away = LeaseLostError(f"room {room_id!r} is at another server now", field="room")
-            self._memory.send_away(room_id, away)
-            self._memory.drop_from_memory(live, away)
+            self._rooms.send_away(room_id, away)
+            self._rooms.give_up(live, away)
 
 
 def _going(room_id: str) -> LeaseLostError:

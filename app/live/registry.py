@@ -20,9 +20,7 @@ from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.audience import AudienceContext
 from plinko.app.live.broadcast.hub import Client, Hub
 from plinko.app.live.broadcast.presence import Presence
-from plinko.app.live.live_arena import LiveArena
 from plinko.app.live.live_room import LiveRoom, RoomContext
-from plinko.app.live.live_table import LiveTable
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.orders import Orders
 from plinko.app.live.public_tables import MAIN, PublicTables
@@ -34,11 +32,10 @@ from plinko.app.persistence.statements import queue_store, store
 from plinko.app.protocol import messages
 from plinko.app.rooms import kinds
 from plinko.app.rooms.boards import Boards
-from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.keys import KeyUse
-from plinko.app.rooms.kinds import INDEPENDENT, BallLimits, make_room
+from plinko.app.rooms.kinds import INDEPENDENT
 from plinko.app.rooms.records import ResultRow
-from plinko.app.rooms.room import Basis, Room
+from plinko.app.rooms.room import Basis
 from plinko.app.rooms.touching.room import TouchingRoom
 from plinko.app.rooms.touching.scene import Scene
 from plinko.app.rooms.touching.story import Retold
@@ -82,26 +79,18 @@ class Rooms:
         self.settings = settings
         self.hub = hub
         self.draw = draw
-        self.limits = BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
         self.persistence = persistence
         now = self.persistence.now
         self.orders = Orders(self.persistence.ledger, self._tell_orders, now)
         self.runner = Runner(settings, clock=clock, now=now, watchers=watchers, failed=self._close)
         self.ticker = self.runner.ticker
         audiences = AudienceContext.of(hub, settings, clock, self.orders, Presence(clock))
-        self._context = RoomContext(
-            audiences, self.persistence, self.orders, self.runner, new_id, filmed, draw
+        self._open = OpenRooms(
+            RoomContext(audiences, persistence, self.orders, self.runner, new_id, filmed, draw)
         )
-        self._open = OpenRooms(self.persistence)
         self.public = PublicTables(boards, main_board, self.scene)
         self.stored = StoredRooms(
-            self.persistence,
-            self._open,
-            self.public,
-            self,
-            self._new_aside,
-            claim,
-            settings.max_rooms,
+            self.persistence, self._open, self.public, claim, settings.max_rooms
         )
         self._new_id = new_id
 
@@ -262,7 +251,7 @@ class Rooms:
         retold: Retold | None,
     ) -> LiveRoom:
         await self.stored.make_place()
-        room = await self._new_aside(self._new_id(), basis, mode)
+        room = await self._open.make(self._new_id(), basis, mode)
         if retold is not None:
             assert isinstance(room, TouchingRoom)
             await asyncio.to_thread(room.restore, retold.checkpoint)
@@ -270,7 +259,7 @@ class Rooms:
         inputs = () if retold is None else retold.inputs
         await self.persistence.create(room, creator, inputs, use)
         if use.earlier is None:
-            return self.add(room)
+            return self._open.add(room)
         self.stored.let_go(room.id)
         found = await self._opened_by(use)
         assert found is not None
@@ -283,7 +272,7 @@ class Rooms:
             return
         live.land_all()
         error = ClosedRoomError(f"room {live.id!r} was closed by {by}")
-        self._forget(live, error)
+        self._open.remove(live, error)
         self.hub.close(live.id, error)
         self.stored.let_go(live.id)
         _log.info("room closed", extra={"room": live.id, "why": by})
@@ -292,7 +281,7 @@ class Rooms:
         if await self.persistence.ledger.look_up(use):
             return
         old = live.room
-        new = await self._new_aside(live.id, old.basis_after_reset(board), old.mode)
+        new = await self._open.make(live.id, old.basis_after_reset(board), old.mode)
         async with live.ending() as results:
             await self.persistence.replace(old, new, results, use)
         if use.earlier is not None:
@@ -315,23 +304,9 @@ class Rooms:
             results = live.open_results()
             live.land_all()
         self.persistence.abandon(live.room, results, _FAILED)
-        self._forget(live, error)
+        self._open.remove(live, error)
         self.hub.close(live.id, error)
         self.stored.let_go(live.id)
-
-    def drop_from_memory(self, live: LiveRoom, error: LeaseLostError) -> None:
-        """Remove a room that now belongs to another server."""
-        live.landings.leave()
-        self._forget(live, error)
-        self.persistence.runs.forget(live.room)
-
-    def _forget(self, live: LiveRoom, error: AppError) -> None:
-        del self._open.in_memory[live.id]
-        live.leave(error)
-
-    def send_away(self, room_id: str, error: LeaseLostError) -> None:
-        """Cut off a room's clients at once; they reconnect to the room's new server."""
-        self.hub.cut(room_id, error)
 
     def _tell_orders(self) -> None:
         for live in self.all():
@@ -341,25 +316,6 @@ class Rooms:
         """Tell all clients that this server is about to stop."""
         for live in self._open.in_memory.values():
             live.audience.notify(messages.Notice(text=self.orders.notice, leaving=True))
-
-    def _new(self, room_id: str, basis: Basis, mode: str) -> Room:
-        return make_room(room_id, basis, mode, tick_rate=TICK_RATE, limits=self.limits)
-
-    async def _new_aside(self, room_id: str, basis: Basis, mode: str) -> Room:
-        """`_new` on another thread: 500 balls, or a large board, take some 5 ms."""
-        return await asyncio.to_thread(self._new, room_id, basis, mode)
-
-    def add(self, room: Room) -> LiveRoom:
-        """Take a room into memory, and let it tick if anything moves."""
-        live: LiveRoom
-        if isinstance(room, IndependentRoom):
-            live = LiveTable(room, self._context)
-        else:
-            assert isinstance(room, TouchingRoom)
-            live = LiveArena(room, self._context)
-        self._open.add(live)
-        _log.info("room opened", extra={"room": room.id, "board": room.origin.digest})
-        return live
 
     # Clients.
 

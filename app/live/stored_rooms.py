@@ -7,18 +7,17 @@ import asyncio
 import contextlib
 import logging
 import math
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 from typing import Final
 
 from plinko.app.errors import DamagedRoomError, LeaseLostError, RoomLimitError
 from plinko.app.live.arriving import Arriving, Claim
-from plinko.app.live.leaving import Leaving, Memory
+from plinko.app.live.leaving import Leaving
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.public_tables import PublicTables
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import store
 from plinko.app.rooms.records import ListedRoom
-from plinko.app.rooms.room import Ground, Room
 
 UNUSED_SECONDS: Final = 86_400.0  # without use after which a room with an owner is closed
 REST_SECONDS: Final = 3600.0
@@ -32,21 +31,19 @@ _log = logging.getLogger("plinko")
 
 
 class StoredRooms:
-    """For the event loop's thread. `make` makes a public room that is not in the ledger."""
+    """For the event loop's thread. Players may open `max_rooms` rooms."""
 
     def __init__(
         self,
         persistence: PersistenceService,
         rooms: OpenRooms,
         public: PublicTables,
-        memory: Memory,
-        make: Callable[[str, Ground, str], Awaitable[Room]],
         claim: Claim,
         max_rooms: int,
     ) -> None:
         self.leases = persistence.leases
-        self.leaving = Leaving(persistence, rooms, memory)
-        self.arriving = Arriving(claim, persistence, rooms, public, memory, make, self.leaving)
+        self.leaving = Leaving(persistence, rooms)
+        self.arriving = Arriving(claim, persistence, rooms, public, self.leaving)
         self._persistence = persistence
         self._public = public
         self._ledger = persistence.ledger

@@ -40,6 +40,7 @@ class PersistenceService:
         self.runs = RoomRuns(ledger, tick_rate, now or SteadyClock())
         self.leases = self.runs.leases
         self.recovery = Recovery(self.runs, tick_rate=tick_rate, limits=limits)
+        self.limits = limits
         self._tick_rate = tick_rate
 
     @property

@@ -9,7 +9,7 @@ from plinko.app.live.registry import Rooms
 from plinko.app.live.ticking.runner import Runner
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.rooms.boards import Boards
-from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits
+from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits, make_room
 from plinko.app.settings import TICK_RATE, Settings
 from plinko.engine import Board
 from tests.kit.hand import HandClock
@@ -35,7 +35,10 @@ class RoomsByHand(Rooms):
             runs = self.persistence.runs
             number, runs.next_number = runs.next_number, runs.next_number + 1
             runs.begin(room_id, runs.made(number))
-            return self.add(self._new(room_id, *self.public.find(room_id)))
+            basis, mode = self.public.find(room_id)
+            limits = self.persistence.limits
+            room = make_room(room_id, basis, mode, tick_rate=TICK_RATE, limits=limits)
+            return self._open.add(room)
         return super().find(room_id)
 
 

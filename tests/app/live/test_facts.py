@@ -19,6 +19,7 @@ from plinko.app.persistence.ledger.commit_queue import Done
 from plinko.app.persistence.recovery.recovery import load_table
 from plinko.app.persistence.statements import store
 from plinko.app.protocol import messages
+from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.keys import IdempotencyKey, KeyUse, UsedKey
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.records import (
@@ -30,6 +31,7 @@ from plinko.app.rooms.records import (
     TableState,
     Write,
 )
+from plinko.app.settings import TICK_RATE
 from plinko.engine import Board, drop
 from tests.app.passes import rooms_by_hand, run_pass
 from tests.kit.hand import HandClock
@@ -261,17 +263,17 @@ class Tables(RuleBasedStateMachine):
         self.rooms = rooms_by_hand(BOARD, self.clock, ledger=self.ledger)
         runs = self.rooms.persistence.runs
         runs.next_number = max([run, *self.ledger.opened]) + 1
-        room = self.rooms._new("loaded", BOARD, "independent")
+        room = IndependentRoom("loaded", BOARD, tick_rate=TICK_RATE, max_balls=200)
         record = runs.made(run, owned=True, known=True)
         record.opened = self.ledger.opened[run]
         record.clock = runs.clock(record.opened, state.last)
         runs.begin(room.id, record)
-        late = load_table(room, state, record.clock.tick)  # type: ignore[arg-type]
+        late = load_table(room, state, record.clock.tick)
         self.ledger.take(late)
         assert room.world.tick >= state.last, "no drop is in the future"
         self.told.clear()  # if the clock went back, it shows an unwritten landing again
         self.shown = 0
-        self.watch(self.rooms.add(room))
+        self.watch(self.rooms._open.add(room))
 
     @invariant()
     def facts_are_consecutive_and_in_order(self) -> None:

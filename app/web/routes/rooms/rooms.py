@@ -372,7 +372,7 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
             raise InvalidValueError(
                 f"a story contains its own scene; leave out `{name}`", field=name
             )
-    rate, most = TICK_RATE, server.rooms.limits.touching
+    rate, most = TICK_RATE, server.rooms.persistence.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
     price = prices.story(story.ball_substeps(rate))
     return await attended(

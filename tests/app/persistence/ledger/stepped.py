@@ -121,21 +121,22 @@ class Clockwork:
         self.pass_time(0.0)
 
 
-class _Heard(Rooms):
-    """Records the landings that rooms send."""
+def record_landings(rooms: Rooms, told: dict[str, Told]) -> None:
+    """Record the landings that rooms send."""
+    add = rooms._open.add
 
-    told: dict[str, Told]
-
-    def add(self, room: Room) -> LiveRoom:
-        live = super().add(room)
+    def heard(room: Room) -> LiveRoom:
+        live = add(room)
         forward = live.landings.landed
 
         def hear(landed: messages.Landed) -> None:
-            self.told[room.id].hear(msgspec.to_builtins(landed))
+            told[room.id].hear(msgspec.to_builtins(landed))
             forward(landed)
 
         live.landings.landed = hear  # type: ignore[method-assign]
         return live
+
+    rooms._open.add = heard  # type: ignore[method-assign]
 
 
 class Table:
@@ -165,7 +166,7 @@ class Table:
             now=lambda: 1e9 + self.loop.now,
         )
         board = Board.preset("triangle-8")
-        self.rooms = _Heard(
+        self.rooms = Rooms(
             Settings(),
             Boards(8),
             Hub(8),
@@ -173,7 +174,7 @@ class Table:
             self.persistence,
             clock=lambda: self.loop.now,
         )
-        self.rooms.told = told
+        record_landings(self.rooms, told)
         self.ledger.start = lambda: None  # type: ignore[method-assign]
 
     def within(self, call: Callable[[], T]) -> T:
