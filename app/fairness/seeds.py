@@ -14,8 +14,6 @@ from plinko.engine.seeding import SEED_LIMIT
 
 SECRET_BYTES: Final = 32
 
-DIGEST_BYTES: Final = 32
-
 # Different prefixes, so that an HMAC for one purpose is useless for another.
 _DOMAIN: Final = b"plinko drop 1\n"
 _DRAW_DOMAIN: Final = b"plinko draw 1\n"

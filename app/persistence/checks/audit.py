@@ -129,12 +129,9 @@ class _RunCheck:
     def _check_orphans(self) -> Iterator[str]:
         """Results without a drop: the only trace of drops that are missing at the end."""
         result, dropped = tables.results.c, tables.drops.c
-        joined = tables.results.outerjoin(
-            tables.drops, (result.room == dropped.room) & (result.ball == dropped.ball)
-        )
         chosen = (
             sa.select(result.ball)
-            .select_from(joined)
+            .outerjoin(tables.drops)
             .where(result.room == self._row.number, dropped.ball.is_(None))
             .order_by(result.ball)
         )

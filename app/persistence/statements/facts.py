@@ -35,15 +35,14 @@ from plinko.app.rooms.records import (
 _PAGE = 500  # drops read at once in the search for those without a result
 
 
-def add_drops(connection: Connection, requests: Sequence[NewDrop]) -> list[DropRow]:
-    """Make and write the facts of these requests, in order; returns the new ones."""
+def add_drops(connection: Connection, requests: Sequence[NewDrop]) -> None:
+    """Make and write the facts of these requests, in order."""
     turn = _Turn(connection)
     for request in requests:
         request.fact = request.error = request.receipt = request.result = None
         request.earlier = False
         turn.take(request)
     turn.write()
-    return turn.rows
 
 
 @dataclass(slots=True)
@@ -59,7 +58,7 @@ class _Turn:
     """The requests of one transaction."""
 
     def __init__(self, connection: Connection) -> None:
-        self.rows: list[DropRow] = []
+        self._rows: list[DropRow] = []
         self._connection = connection
         self._last: dict[int, _Last] = {}  # by run
         self._drops: dict[str, int] = {}  # of open sessions
@@ -97,7 +96,7 @@ class _Turn:
         tick = max(last.tick, request.tick)
         request.fact = fact = DropRow.of(request.room, last.ball + 1, tick, command)
         last.ball, last.tick, last.used = fact.ball, fact.tick, request.used
-        self.rows.append(fact)
+        self._rows.append(fact)
         if turn is not None:
             self._drops[turn.session] = turn.n + 1
             self._leaves.append((request, turn.leaf(turn.n, fact)))
@@ -124,7 +123,7 @@ class _Turn:
         return self._drops[session]
 
     def write(self) -> None:
-        if self.rows:
+        if self._rows:
             self._write_rows()
         for request, earlier in self._repeats:
             request.earlier = True
@@ -136,8 +135,8 @@ class _Turn:
                 request.fact, request.receipt, request.result = found
 
     def _write_rows(self) -> None:
-        players = player_numbers(self._connection, {row.who for row in self.rows if row.who})
-        rows = [asdict(row) for row in self.rows]
+        players = player_numbers(self._connection, {row.who for row in self._rows if row.who})
+        rows = [asdict(row) for row in self._rows]
         for row in rows:
             row["player"] = players.get(row.pop("who"))
         self._connection.execute(sa.insert(tables.drops), rows)

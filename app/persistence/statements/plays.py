@@ -58,12 +58,10 @@ def _plays() -> Select[Any]:
             result.x_end, result.unsettled,
         )
         .select_from(
-            tables.drops.join(tables.rooms, room.number == drop.room)
-            .join(tables.boards, board.digest == room.board)
+            tables.drops.join(tables.rooms)
+            .join(tables.boards)
             .outerjoin(tables.players)
-            .outerjoin(
-                tables.results, and_(result.room == drop.room, result.ball == drop.ball)
-            )
+            .outerjoin(tables.results)
             .outerjoin(
                 tables.receipts, and_(receipt.room == drop.room, receipt.ball == drop.ball)
             )

@@ -93,7 +93,7 @@ def _prune_drops(connection: Connection, step: Prune, run: Row[Any], end: float)
     keep = -1 if run.closed is not None else connection.scalar(last)
     chosen = (
         select(drop.ball, drop.tick, result.ball.label("landed"), receipt.c.leaf, session.c.end)
-        .outerjoin(tables.results, (result.room == drop.room) & (result.ball == drop.ball))
+        .outerjoin(tables.results)
         .outerjoin(receipt, (receipt.c.room == drop.room) & (receipt.c.ball == drop.ball))
         .outerjoin(session, session.c.id == receipt.c.session)
         .where(drop.room == run.number, drop.ball >= step.first)

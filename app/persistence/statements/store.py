@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, Select, func, select
+from sqlalchemy import ColumnElement, Connection, func, select
 
 from plinko.app.errors import DamagedRoomError, PrunedError
 from plinko.app.fairness.statements import Receipt
@@ -23,20 +23,19 @@ from plinko.engine.errors import shorten
 
 
 def open_room(connection: Connection, room_id: str) -> RoomRow | None:
-    found = _rooms(
-        connection,
-        select(tables.rooms).where(tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None)),
-    )
-    return found[0] if found else None
+    return _latest(connection, tables.rooms.c.id == room_id, tables.rooms.c.closed.is_(None))
 
 
 def closed_room(connection: Connection, room_id: str) -> RoomRow | None:
     """The last closed run of the room `room_id`."""
-    chosen = select(tables.rooms).where(
-        tables.rooms.c.id == room_id, tables.rooms.c.closed.is_not(None)
-    )
-    found = _rooms(connection, chosen.order_by(tables.rooms.c.number.desc()).limit(1))
-    return found[0] if found else None
+    return _latest(connection, tables.rooms.c.id == room_id, tables.rooms.c.closed.is_not(None))
+
+
+def _latest(connection: Connection, *conditions: ColumnElement[bool]) -> RoomRow | None:
+    """The latest run that meets these conditions."""
+    chosen = select(tables.rooms).where(*conditions).order_by(tables.rooms.c.number.desc())
+    found = connection.execute(chosen.limit(1)).mappings().first()
+    return None if found is None else RoomRow(**found)
 
 
 def awake_rooms(connection: Connection) -> list[str]:
@@ -99,10 +98,7 @@ def last_number(connection: Connection) -> int:
 
 
 def open_run(connection: Connection, number: int) -> RoomRow | None:
-    room = tables.rooms.c
-    chosen = select(tables.rooms).where(room.number == number, room.closed.is_(None))
-    found = _rooms(connection, chosen)
-    return found[0] if found else None
+    return _latest(connection, tables.rooms.c.number == number, tables.rooms.c.closed.is_(None))
 
 
 def board(connection: Connection, digest: str) -> str | None:
@@ -137,7 +133,7 @@ def drops(
     drop, result = tables.drops.c, tables.results.c
     chosen = (
         FACTS.add_columns(*result)  # in the order of the rows' fields
-        .outerjoin(tables.results, (drop.room == result.room) & (drop.ball == result.ball))
+        .outerjoin(tables.results)
         .where(drop.room == room, drop.ball >= first)
         .order_by(drop.ball)
         .limit(limit)
@@ -227,19 +223,17 @@ def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[in
 
 
 def run(connection: Connection, number: int) -> RoomRow:
-    (row,) = _rooms(connection, select(tables.rooms).where(tables.rooms.c.number == number))
+    row = _latest(connection, tables.rooms.c.number == number)
+    assert row is not None
     return row
 
 
 def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
     """The drops of a run that have no result, in order."""
     drop, result = tables.drops.c, tables.results.c
-    joined = tables.drops.outerjoin(
-        tables.results, (drop.room == result.room) & (drop.ball == result.ball)
-    )
     chosen = (
         select(drop.room, drop.ball, drop.stake)
-        .select_from(joined)
+        .outerjoin(tables.results)
         .where(drop.room == room, result.ball.is_(None))
         .order_by(drop.ball)
     )
@@ -271,10 +265,6 @@ def stored_inputs(
     if name == tables.drops.name:
         return [*drops(connection, room, first, limit)]
     return [(row, None) for row in inputs(connection, room, first, limit)]
-
-
-def _rooms(connection: Connection, chosen: Select[Any]) -> list[RoomRow]:
-    return [RoomRow(**row) for row in connection.execute(chosen).mappings()]
 
 
 def drop_of(room: int, ball: int, tick: int, seed: object, *rest: Any) -> DropRow:

@@ -69,11 +69,7 @@ def _staked(connection: Connection, results: Sequence[tuple[int, int]]) -> Itera
     keys = list(results)
     chosen = (
         select(tables.rooms.c.board, drop.stake, drop.aim, result.payout)
-        .select_from(
-            tables.results.join(
-                tables.drops, (drop.room == result.room) & (drop.ball == result.ball)
-            ).join(tables.rooms, tables.rooms.c.number == drop.room)
-        )
+        .select_from(tables.results.join(tables.drops).join(tables.rooms))
         .where(tuple_(result.room, result.ball).in_(keys))
         .where(drop.stake > 0, result.bin.is_not(None))
         .where(tables.rooms.c.draw.is_(None))  # a draw's odds are not the board's

@@ -57,7 +57,7 @@ def follow(connection: Connection, target: str) -> list[Received]:
         last = connection.scalar(select(func.max(drop.ball)).where(drop.room == run))
         flying = (
             select(drop.ball)
-            .outerjoin(tables.results, (result.room == drop.room) & (result.ball == drop.ball))
+            .outerjoin(tables.results)
             .where(drop.room == run, result.ball.is_(None))
         )
         balls = tuple(connection.execute(flying).scalars())
@@ -99,7 +99,7 @@ def _events(connection: Connection, run: Row[Any], flying: set[int], most: int) 
     columns = (column.label(f"result_{column.name}") for column in result)
     chosen = (
         FACTS.add_columns(*columns)
-        .outerjoin(tables.results, (drop.room == result.room) & (drop.ball == result.ball))
+        .outerjoin(tables.results)
         .where(drop.room == run.number, or_(drop.ball >= run.next, drop.ball.in_(flying)))
         .order_by(drop.ball)
         .limit(most + len(flying))

@@ -101,10 +101,6 @@ def _add_rooms(connection: Connection, rows: list[RoomRow]) -> None:
     connection.execute(insert(tables.rooms), [asdict(row) for row in rows])
 
 
-def _add_drops(connection: Connection, requests: list[NewDrop]) -> None:
-    facts.add_drops(connection, requests)
-
-
 def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
     # A result may be written again, after a rebuild. It follows from the drop, so it is the same.
     result = tables.results.c
@@ -165,7 +161,7 @@ def _close(connection: Connection, rows: list[Close]) -> None:
 
 _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     RoomRow: _add_rooms,
-    NewDrop: _add_drops,
+    NewDrop: facts.add_drops,
     NewInput: facts.add_inputs,
     ResultRow: _add_results,
     Mark: _mark,
