@@ -123,7 +123,11 @@ class Arriving:
             async with asyncio.timeout(_ARRIVAL_SECONDS):
                 return await asyncio.shield(self._coming[room_id])
         except TimeoutError:
-            raise replaying(room_id) from None
+            raise RebuildingError(
+                f"room {room_id!r} is being replayed from the ledger; it is not lost, try again "
+                "soon",
+                field="room",
+            ) from None
 
     def begin_work(
         self, room_id: str, work: Coroutine[None, None, LiveRoom | None]
@@ -166,11 +170,3 @@ class Arriving:
             runs = self._persistence.runs
             runs.begin(room_id, await runs.new_run(room_id))
         return room
-
-
-def replaying(room_id: str) -> RebuildingError:
-    """The error for a caller that needs touching balls which are not replayed yet."""
-    return RebuildingError(
-        f"room {room_id!r} is being replayed from the ledger; it is not lost, try again soon",
-        field="room",
-    )

@@ -5,7 +5,7 @@ are arguments, so the same inputs at the same ticks give the same room.
 """
 
 from abc import ABC, abstractmethod
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar, Literal
 
 import msgspec
 import numpy as np
@@ -18,8 +18,8 @@ from plinko.app.rooms.input_format import AnyFormat
 from plinko.app.rooms.pending import DropCommand
 from plinko.app.rooms.records import ResultRow
 from plinko.app.rooms.touching.scene import Scene
-from plinko.app.rooms.touching.world import Box
-from plinko.engine import PHYSICS_VERSION, Board
+from plinko.app.rooms.touching.world import Box, TouchingWorld
+from plinko.engine import PHYSICS_VERSION, Board, World
 from plinko.engine.json_text import JsonObject
 
 Ground = Board | Scene
@@ -30,28 +30,6 @@ Basis = Ground | Draw
 
 QUIET = 0.05
 """m/s; slower impacts are not sent. A ball that settles on a peg makes hundreds, all inaudible."""
-
-
-class RoomWorld(Protocol):
-    """The moving balls of a room: what both kinds of room have in common."""
-
-    tick: int
-
-    @property
-    def awake(self) -> bool:
-        """Whether any ball moves."""
-
-    @property
-    def count(self) -> int:
-        """Number of balls."""
-
-    @property
-    def bodies(self) -> npt.NDArray[np.void]:
-        """The balls, by id."""
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the world, 64 hex digits: equal worlds have equal digests."""
 
 
 class Room(ABC):
@@ -66,7 +44,7 @@ class Room(ABC):
     format: ClassVar[AnyFormat]
     """How the ledger and the log write its inputs."""
 
-    world: RoomWorld
+    world: World | TouchingWorld
     extent: messages.Extent
     velocity_scale: float  # m/s of one step on the wire
 

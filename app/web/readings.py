@@ -16,17 +16,10 @@ def readings(server: Services) -> Iterator[Reading]:
         yield from standing_readings(server.others.standing())
     if server.webhooks is not None:
         yield from server.webhooks.readings()
-    parts = (
-        *_clock(server),
-        *_rooms(server),
-        *_ledger(server),
-        *_traffic(server),
-        *_pictures(server),
-    )
     counts, text = server.rooms.runner.counts, "Drops in rooms that were not accepted, by result."
     for result, count in (("refused", counts.refused), ("undecided", counts.undecided)):
         yield "plinko_drops_refused_total", text, count, {"result": result}
-    for name, text, value in parts:
+    for name, text, value in _values(server):
         yield f"plinko_{name}", text, value, {}
 
 
@@ -43,7 +36,7 @@ def standing_readings(stands: Standing) -> Iterator[Reading]:
     yield "plinko_cluster_handed_on_total", text, stands.forwarded, process
 
 
-def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
+def _values(server: Services) -> Iterator[tuple[str, str, float]]:
     ticker = server.rooms.ticker
     yield "ticker_asleep", "1 while nothing moves and no tick runs.", ticker.asleep
     yield "ticks_total", "Ticks run.", ticker.ticks
@@ -55,8 +48,6 @@ def _clock(server: Services) -> Iterator[tuple[str, str, float]]:
     text = "Ticks missed by rooms that had not ticked for a second."
     yield "room_late_ticks_total", text, runner.counts.late
 
-
-def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     rooms = server.rooms
     yield "rooms", "Open rooms in memory.", len(rooms.all())
     yield "rooms_awake", "Rooms in which something moves.", len(rooms.runner.awake)
@@ -68,8 +59,6 @@ def _rooms(server: Services) -> Iterator[tuple[str, str, float]]:
     jobs = server.computing.workers.jobs
     yield "jobs", "Drops, pictures and checks being computed or waiting.", jobs
 
-
-def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     ledger = server.ledger
     yield "ledger_up", "1 while the ledger takes writes.", ledger.up
     yield "ledger_commits_total", "Groups of writes committed.", ledger.commits
@@ -82,8 +71,6 @@ def _ledger(server: Services) -> Iterator[tuple[str, str, float]]:
     damaged = len(recovery.set_aside)
     yield "rooms_set_aside", "Rooms that cannot open because their record is damaged.", damaged
 
-
-def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
     traffic = server.hub.traffic
     yield "clients", "Clients connected to rooms.", server.hub.total
     yield "frames_sent_total", "WebSocket messages sent.", traffic.frames
@@ -91,8 +78,6 @@ def _traffic(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "frames_skipped_total", "Snapshots that a newer one replaced unsent.", traffic.skipped
     yield "clients_too_slow_total", "Clients closed because they did not read.", traffic.too_slow
 
-
-def _pictures(server: Services) -> Iterator[tuple[str, str, float]]:
     yield "pictures_total", "Pictures drawn on request.", server.computing.pictures.drawn
     yield "cameras", "Live picture streams being drawn.", server.computing.cameras.running
     yield "viewers", "Viewers of live picture streams.", server.computing.cameras.viewers

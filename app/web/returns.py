@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import sqrt
 from typing import Final
 
 from plinko.app.errors import LedgerError
 from plinko.app.ops.metrics import Reading
-from plinko.app.ops.returns import return_of
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import totals
 from plinko.app.persistence.statements.totals import Total
@@ -14,6 +14,9 @@ from plinko.engine import Board
 from plinko.engine.board.payouts import NAMES
 from plinko.engine.board.presets import risk_of
 from plinko.engine.payouts.record import odds_of_record
+
+DEVIATIONS: Final = 4.0
+"""k of the tolerance k sigma / sqrt(n). By chance alone one check in 16,000 exceeds it."""
 
 OTHER: Final = "other"
 """The label of all boards that are not presets: their expected return is not known."""
@@ -69,15 +72,19 @@ def _judged(board: Board, total: Total, labels: dict[str, str]) -> Iterator[Read
     counted = odds_of_record(board)
     if not counted:
         return
-    found = return_of(
-        plays=total.plays,
-        staked=total.staked,
-        squares=total.squares,
-        paid=total.paid,
-        expected=counted[0].returned,
-        doubt=counted[0].doubt,
-        sigma=counted[0].volatility,
-    )
-    yield "plinko_return", "Share of the stakes that was paid back.", found.actual, labels
-    yield "plinko_return_expected", "Share that should be paid back.", found.expected, labels
-    yield "plinko_return_tolerance", "How far the two may differ.", found.tolerance, labels
+    odds = counted[0]
+    actual, may_differ = total.paid / total.staked, tolerance(total, odds.volatility, odds.doubt)
+    yield "plinko_return", "Share of the stakes that was paid back.", actual, labels
+    yield "plinko_return_expected", "Share that should be paid back.", odds.returned, labels
+    yield "plinko_return_tolerance", "How far the two may differ.", may_differ, labels
+
+
+def tolerance(total: Total, sigma: float, doubt: float) -> float:
+    """How far the actual return may be from the expected one, whose uncertainty is `doubt`.
+
+    sigma: the standard deviation of the payout of a stake of 1. For n equal stakes the tolerance
+    from chance is k sigma / sqrt(n). Added to it are the doubt, and the loss by rounding down,
+    which is less than one minor unit per play.
+    """
+    chance = DEVIATIONS * sigma * sqrt(total.squares) / total.staked
+    return chance + doubt + total.plays / total.staked

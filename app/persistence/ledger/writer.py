@@ -169,6 +169,8 @@ class Ledger:
     async def commit(self, *writes: Write, use: KeyUse | None = None) -> None:
         """Return when `writes` are durable, or skipped because the `use` of their key is not new.
 
+        Without writes, a test write is committed, which leaves no row.
+
         Raises LedgerError if they are refused, KeyReusedError if the key is that of another
         request.
         """
@@ -251,10 +253,6 @@ class Ledger:
         """Return when all earlier writes are durable; raises LedgerError if the ledger fails."""
         if self._queue.writes:
             await self.commit()
-
-    async def probe(self) -> None:
-        """Commit a test write, which leaves no row; raises LedgerError if that fails."""
-        await self.commit()
 
     async def close(self) -> None:
         """Write all waiting jobs and close the database; gives up after ten seconds."""

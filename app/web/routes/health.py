@@ -164,7 +164,7 @@ def _cluster(server: Services) -> ClusterView | None:
 async def _writable(server: Services) -> bool:
     """Whether the ledger can write a database page now."""
     try:
-        await server.ledger.probe()
+        await server.ledger.commit()
     except LedgerError:
         return False
     return True

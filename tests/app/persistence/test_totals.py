@@ -4,12 +4,11 @@ from math import sqrt
 
 import pytest
 
-from plinko.app.ops.returns import DEVIATIONS, return_of
 from plinko.app.persistence.ledger.database import Database
 from plinko.app.persistence.statements import totals, writing
 from plinko.app.persistence.statements.totals import Total, band
 from plinko.app.rooms.records import BoardRow, DropRow, ResultRow, RoomRow, Write
-from plinko.app.web.returns import Returns
+from plinko.app.web.returns import DEVIATIONS, Returns, tolerance
 from plinko.engine import Board
 from plinko.engine.payouts.record import odds_of_record
 from tests.kit.facts import new
@@ -63,17 +62,13 @@ def test_stakes_are_grouped_by_powers_of_ten() -> None:
 
 
 def test_the_tolerance_is_k_sigma_by_the_root_of_the_plays() -> None:
-    found = return_of(
-        plays=400, staked=400_000, squares=4e8, paid=380_000, expected=0.99, doubt=0.0, sigma=2.0
-    )
-    assert (found.actual, found.expected) == (0.95, 0.99)
+    many = Total(BOARD.digest, 1000, False, plays=400, staked=400_000, squares=4e8, paid=380_000)
     rounding = 400 / 400_000
-    assert found.tolerance == pytest.approx(DEVIATIONS * 2.0 / sqrt(400) + rounding)
+    expected = pytest.approx(DEVIATIONS * 2.0 / sqrt(400) + rounding + 0.5)
+    assert tolerance(many, 2.0, 0.5) == expected
     # One large stake among many small ones counts like a single play.
-    rare = return_of(
-        plays=101, staked=10_100, squares=1e8, paid=0, expected=0.99, doubt=0.0, sigma=2.0
-    )
-    assert rare.tolerance > DEVIATIONS * 2.0 * 0.99
+    rare = Total(BOARD.digest, 100, False, plays=101, staked=10_100, squares=1e8, paid=0)
+    assert tolerance(rare, 2.0, 0.0) > DEVIATIONS * 2.0 * 0.99
 
 
 def told(*found: Total) -> dict[tuple[str, str, str], float]:

@@ -2,6 +2,7 @@
 
 import asyncio
 import bisect
+import functools
 import logging
 from typing import Annotated, Literal
 
@@ -27,7 +28,7 @@ from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.kinds import DRAW, SCENE
 from plinko.app.rooms.room import Basis, Room
 from plinko.app.rooms.touching.scene import Scene
-from plinko.app.rooms.touching.story import Retold, Story, retell, story_of
+from plinko.app.rooms.touching.story import Retold, retell, story_of
 from plinko.app.settings import TICK_RATE
 from plinko.app.web.directory import listed
 from plinko.app.web.drops import drop_command
@@ -375,13 +376,8 @@ async def _retold(request: Request, server: Services, body: RoomRequest) -> Reto
     rate, most = TICK_RATE, server.rooms.persistence.limits.touching
     story = story_of(body.story, tick_rate=rate, max_balls=most)
     price = prices.story(story.ball_substeps(rate))
-    return await attended(
-        request, server.computing.compute(address_of(request), price, _retell, story, rate, most)
-    )
-
-
-def _retell(story: Story, tick_rate: int, max_balls: int) -> Retold:
-    return retell(story, tick_rate=tick_rate, max_balls=max_balls)
+    replay = functools.partial(retell, story, tick_rate=rate, max_balls=most)
+    return await compute(request, price, replay)
 
 
 async def _logged(server: Services, room_id: str) -> tuple[str, Room]:

@@ -210,7 +210,7 @@ def test_a_frozen_process_with_a_waiting_drop_refuses_nothing(empty: Path, tmp_p
     table = table_over(empty, tmp_path)
     asked = table.asks("main", 1)
     table.loop.freeze(2.3)
-    table.until(table.ledger.probe())
+    table.until(table.ledger.commit())
     assert asked is not None
     assert asked.result().accepted.ball == 0
     table.end()
