@@ -90,7 +90,8 @@ class LiveArena(LiveRoom):
             self._callers.pop(pending, None)
             room.refuse(pending)
             if caller.left is None and not room.awake:
-                self._persistence.slept(room)  # the input's mark may have said that it is awake
+                # The input's mark may have said that it is awake.
+                self._persistence.runs.slept(room)
             raise
         if caller.left is not None:
             raise caller.left

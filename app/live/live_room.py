@@ -257,7 +257,7 @@ class LiveRoom(ABC):
 
     def _sleep(self) -> None:
         self._leave_runner()
-        self._persistence.slept(self.room)
+        self._persistence.runs.slept(self.room)
 
     def _leave_runner(self) -> None:
         self._runner.drop_out(self)

@@ -27,7 +27,7 @@ from plinko.app.rooms.independent import IndependentRoom
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.outcome import Outcome, outcome_of
 from plinko.app.rooms.pending import DropCommand
-from plinko.app.rooms.records import DropRow, NewDrop, ReceiptRow, ResultRow
+from plinko.app.rooms.records import DropRow, NewDrop, ResultRow
 from plinko.app.rooms.room import Room
 from plinko.engine import Board
 from plinko.engine.drops.flight import Flight
@@ -43,7 +43,7 @@ class _Coming:
     """A fact whose ball is about to enter; its caller waits for `entered`."""
 
     fact: DropRow
-    receipt: ReceiptRow | None
+    receipt: messages.SignedReceipt | None
     flight: Flight
     path: Path | None
     player: Player
@@ -105,7 +105,7 @@ class LiveTable(LiveRoom):
             if not self._under_way:
                 self._none_under_way.set()
                 if self.room is room and self.gone is None and not self.awake:
-                    self._persistence.slept(room)  # the drop was refused, or is an earlier one
+                    self._persistence.runs.slept(room)  # the drop was refused, or is an earlier one
 
     def _check_drop(self, command: DropCommand, session: FairSession | None) -> None:
         """Raise the error for which the table refuses a drop now."""
@@ -141,7 +141,7 @@ class LiveTable(LiveRoom):
         return await self._earlier(*rows)
 
     async def _earlier(
-        self, fact: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
+        self, fact: DropRow, receipt: messages.SignedReceipt | None, result: ResultRow | None
     ) -> Outcome:
         """The outcome of a drop that the player has sent before; its flight says if it is over."""
         room = self.room
@@ -229,7 +229,7 @@ class LiveTable(LiveRoom):
     def _sleep(self) -> None:
         self._leave_runner()
         if not self._under_way:  # else the next drop will wake it, and its row says so already
-            self._persistence.slept(self.room)
+            self._persistence.runs.slept(self.room)
 
     # Its end.
 

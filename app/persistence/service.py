@@ -190,9 +190,6 @@ class PersistenceService:
         record.used = self.now()
         return rows
 
-    def slept(self, room: Room) -> None:
-        self.runs.slept(room)
-
     def ticked(self, room: TouchingRoom) -> None:
         """Write a checkpoint of an awake room of touching balls, if one is due."""
         record = self.runs.of(room)

@@ -16,7 +16,7 @@ from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.drop_format import DropFormat
 from plinko.app.rooms.outcome import accepted_of, landed_of, result_of
 from plinko.app.rooms.pending import DropCommand
-from plinko.app.rooms.records import DropRow, ReceiptRow, ResultRow, TableState
+from plinko.app.rooms.records import DropRow, ResultRow, TableState
 from plinko.app.rooms.room import QUIET, Room
 from plinko.app.rooms.stakes import check_payout
 from plinko.engine import Board, World
@@ -145,7 +145,7 @@ class IndependentRoom(Room):
         self,
         fact: DropRow,
         flight: Flight,
-        receipt: ReceiptRow | None = None,
+        receipt: messages.SignedReceipt | None = None,
         path: Path | None = None,
     ) -> messages.Accepted:
         """Add the ball of the next fact, whose tick is the present one or past.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import msgspec
 
 from plinko.app.protocol import messages
-from plinko.app.rooms.records import DropRow, OpenDrop, ReceiptRow, ResultRow
+from plinko.app.rooms.records import DropRow, OpenDrop, ResultRow
 from plinko.app.rooms.stakes import payout_of
 from plinko.engine import Board
 from plinko.engine.drops.flight import Flight
@@ -24,12 +24,9 @@ class Outcome:
     earlier: bool = False
 
 
-def signed(row: ReceiptRow) -> messages.SignedReceipt:
-    receipt = msgspec.json.decode(row.receipt)
-    return messages.SignedReceipt(receipt, row.index, row.root, row.signature)
-
-
-def accepted_of(board: Board, fact: DropRow, receipt: ReceiptRow | None) -> messages.Accepted:
+def accepted_of(
+    board: Board, fact: DropRow, receipt: messages.SignedReceipt | None
+) -> messages.Accepted:
     return messages.Accepted(
         ball=fact.ball,
         seed=str(fact.seed),
@@ -39,7 +36,7 @@ def accepted_of(board: Board, fact: DropRow, receipt: ReceiptRow | None) -> mess
         tick=fact.tick,
         stake=fact.stake or msgspec.UNSET,
         practice=fact.practice or msgspec.UNSET,
-        receipt=msgspec.UNSET if receipt is None else signed(receipt),
+        receipt=receipt or msgspec.UNSET,
         **fact.tag.fields,
     )
 
@@ -84,7 +81,10 @@ def landed_of(board: Board, fact: DropRow, result: ResultRow) -> messages.Landed
 
 
 def outcome_of(
-    board: Board, fact: DropRow, receipt: ReceiptRow | None, result: ResultRow | None
+    board: Board,
+    fact: DropRow,
+    receipt: messages.SignedReceipt | None,
+    result: ResultRow | None,
 ) -> Outcome:
     """The outcome of an earlier drop on this board, from the ledger's rows."""
     landed = None if result is None else landed_of(board, fact, result)

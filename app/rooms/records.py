@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from plinko.app.protocol.messages import SignedReceipt
 from plinko.app.protocol.visitors import NO_TAG, Tag
 from plinko.app.rooms.keys import IdempotencyKey
 from plinko.app.rooms.pending import DropCommand
@@ -176,7 +177,7 @@ class NewDrop:
     key: IdempotencyKey | None = None
     session: SessionTurn | None = None
     fact: DropRow | None = None
-    receipt: "ReceiptRow | None" = None
+    receipt: SignedReceipt | None = None
     result: "ResultRow | None" = None
     earlier: bool = False
     error: Exception | None = None
@@ -374,30 +375,6 @@ class LogLeaf:
     index: int = -1
     root: str = ""
     signature: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class ReceiptRow:
-    """A receipt in a log; `receipt` is JSON."""
-
-    leaf: int
-    session: str
-    number: int
-    room: int
-    ball: int
-    receipt: str
-    root: str
-    signature: str
-
-    @property
-    def log(self) -> int:
-        """The number of its log."""
-        return self.leaf // LOG_LEAVES
-
-    @property
-    def index(self) -> int:
-        """Its place in its log."""
-        return self.leaf % LOG_LEAVES
 
 
 EVERY_ROOM: Final = "*"

@@ -33,7 +33,6 @@ from plinko.app.persistence.statements import fair_store, history
 from plinko.app.rooms.canonical import canonical
 from plinko.app.rooms.independent import INDEPENDENT
 from plinko.app.rooms.keys import KeyUse
-from plinko.app.rooms.outcome import signed
 from plinko.app.rooms.records import FairEnd, FairOpening, FairSessionRow, ResultRow
 from plinko.app.rooms.room import Room
 from plinko.engine import PHYSICS_VERSION, Board, merkle
@@ -308,7 +307,7 @@ class FairSessions:
             end=Signed(msgspec.json.decode(end), row.end_signature or "") if end else None,
             keys=self._changes_since(self._key_of(row)) or msgspec.UNSET,
         )
-        drops = [(signed(each), _result(result)) for each, result in found.drops]
+        drops = [(each, _result(result)) for each, result in found.drops]
         return make_export(bare, drops, _looked_up(found.nodes))
 
     def _changes_since(self, key: str) -> list[KeyChange]:

@@ -21,6 +21,7 @@ from plinko.app.errors import (
     SessionStateError,
 )
 from plinko.app.persistence.statements import fair_store, keys, store, tables
+from plinko.app.protocol.messages import SignedReceipt
 from plinko.app.rooms.keys import UsedKey
 from plinko.app.rooms.records import (
     DropRow,
@@ -143,7 +144,7 @@ class _Turn:
         if self._leaves:
             fair_store.add_leaves(self._connection, [leaf for _, leaf in self._leaves])
         for request, leaf in self._leaves:
-            request.receipt = fair_store.receipt_of(leaf)
+            request.receipt = SignedReceipt(leaf.receipt, leaf.index, leaf.root, leaf.signature)
         for run, last in self._last.items():
             if last.used:
                 going_on = (tables.rooms.c.number == run) & tables.rooms.c.closed.is_(None)

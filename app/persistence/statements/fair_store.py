@@ -13,15 +13,13 @@ from sqlalchemy import Connection, func, insert, select, tuple_, update
 
 from plinko.app.errors import PrunedError
 from plinko.app.persistence.statements import history, tables
-from plinko.app.persistence.statements.store import RECEIPTS, basis, result_of
-from plinko.app.persistence.statements.store import receipt_of as receipt_of_row
-from plinko.app.rooms.canonical import canonical
+from plinko.app.persistence.statements.store import RECEIPTS, basis, receipt_of, result_of
+from plinko.app.protocol.messages import SignedReceipt
 from plinko.app.rooms.records import (
     LOG_LEAVES,
     FairOpening,
     FairSessionRow,
     LogLeaf,
-    ReceiptRow,
     ResultRow,
 )
 from plinko.engine import merkle
@@ -41,7 +39,7 @@ class Exported:
     session: FairSessionRow
     board: str
     draw: str | None
-    drops: list[tuple[ReceiptRow, ResultRow | None]]
+    drops: list[tuple[SignedReceipt, ResultRow | None]]
     log: str | None
     size: int
     nodes: Nodes
@@ -174,12 +172,6 @@ def _first_node(log: int, level: int) -> int:
     return log * LOG_LEAVES >> level
 
 
-def receipt_of(leaf: LogLeaf) -> ReceiptRow:
-    row = _row(leaf)
-    del row["time"]
-    return ReceiptRow(**row, receipt=canonical(leaf.receipt).decode())
-
-
 def _row(leaf: LogLeaf) -> dict[str, Any]:
     return {
         "leaf": leaf.log * LOG_LEAVES + leaf.index,
@@ -235,7 +227,7 @@ def exported(connection: Connection, session_id: str) -> Exported | None:
             "that you have stay provable",
             field="session",
         )
-    log = drops[0][0].log if drops else _log_of(connection, row)
+    log = _log_of(connection, row)
     count = size(connection, log)
 
     def proofs(lookup: merkle.Lookup) -> None:
@@ -254,7 +246,11 @@ def exported(connection: Connection, session_id: str) -> Exported | None:
 
 
 def _log_of(connection: Connection, row: FairSessionRow) -> int:
-    """The number of the log of a session without drops: for a void one, that before the restore."""
+    """The number of a session's log. Of a void one without drops, it is that before the restore."""
+    receipt = tables.receipts.c
+    leaf = connection.scalar(select(receipt.leaf).where(receipt.session == row.id).limit(1))
+    if leaf is not None:
+        return int(leaf) // LOG_LEAVES
     void = None if row.end is None else msgspec.json.decode(row.end).get("void")
     began = [each.number for each in history.restores(connection) if each.log == void]
     return began[0] - 1 if began else history.log_number(connection)
@@ -273,7 +269,7 @@ def grown(connection: Connection, since: int) -> tuple[str | None, int, Nodes]:
     return _log_id(connection, log), count, nodes(connection, log, asked_by(proofs))
 
 
-def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, ResultRow | None]]:
+def _drops(connection: Connection, session_id: str) -> list[tuple[SignedReceipt, ResultRow | None]]:
     receipt, result = tables.receipts.c, tables.results.c
     chosen = (
         RECEIPTS.add_columns(*result)
@@ -283,4 +279,4 @@ def _drops(connection: Connection, session_id: str) -> list[tuple[ReceiptRow, Re
     )
     fields = len(RECEIPTS.selected_columns)
     rows = connection.execute(chosen)
-    return [(receipt_of_row(*row[:fields]), result_of(row[fields:])) for row in rows]
+    return [(receipt_of(*row[:fields]), result_of(row[fields:])) for row in rows]

@@ -8,12 +8,13 @@ from sqlalchemy import ColumnElement, Connection, func, select
 from plinko.app.errors import DamagedRoomError, PrunedError
 from plinko.app.fairness.statements import Receipt
 from plinko.app.persistence.statements import tables
+from plinko.app.protocol.messages import SignedReceipt
 from plinko.app.rooms.records import (
+    LOG_LEAVES,
     DropRow,
     InputRow,
     ListedRoom,
     OpenDrop,
-    ReceiptRow,
     ResultRow,
     RoomRow,
     StoredBasis,
@@ -162,7 +163,7 @@ def _check_pruned(connection: Connection, run: int, number: int) -> None:
 
 def drop(
     connection: Connection, run: int, ball: int
-) -> tuple[DropRow, ReceiptRow | None, ResultRow | None]:
+) -> tuple[DropRow, SignedReceipt | None, ResultRow | None]:
     """A drop of a run, its receipt and its result, if it has them; raises DamagedRoomError."""
     found = drops(connection, run, ball, 1)
     if not found:
@@ -207,11 +208,10 @@ def receipt_of(
     seed: int,
     board: str,
     room: str,
-) -> ReceiptRow:
+) -> SignedReceipt:
     """The receipt in these columns, which are those of RECEIPTS."""
     receipt = Receipt(session, number, stake, aim, str(seed), board, room, ball, time)
-    text = receipt.leaf().decode()
-    return ReceiptRow(leaf, session, number, run, ball, text, root, signature)
+    return SignedReceipt(receipt.to_dict(), leaf % LOG_LEAVES, root, signature)
 
 
 def run_numbers(connection: Connection, room_ids: Sequence[str] = ()) -> list[int]:

@@ -28,7 +28,6 @@ from plinko.app.rooms.records import (
     Mark,
     NewDrop,
     NewInput,
-    ReceiptRow,
     ResultRow,
     RoomRow,
     SessionTurn,
@@ -338,12 +337,11 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
         await begin(a, 1)
         await begin(b, 2)
 
-        async def play(number: int) -> list[ReceiptRow]:
-            asked = [await servers[number].ledger.drop(drop_of(number)) for _ in range(30)]
-            return [each.receipt for each in asked if each.receipt is not None]
+        async def play(number: int) -> list[NewDrop]:
+            return [await servers[number].ledger.drop(drop_of(number)) for _ in range(30)]
 
-        receipts = [each for found in await asyncio.gather(play(1), play(2)) for each in found]
-        by_place = {each.leaf: each for each in receipts}
+        asked = [each for found in await asyncio.gather(play(1), play(2)) for each in found]
+        by_place = {each.receipt.index: each for each in asked if each.receipt}
         assert sorted(by_place) == list(range(60))
         alone = Database("sqlite://")
         alone.open()
@@ -351,13 +349,16 @@ async def test_receipts_of_several_servers_make_one_log(address: str) -> None:
             again = [
                 LogLeaf("s1", place, 1, place, {"time": 1}, entry, lambda place, root, log: "00")
                 for place, entry in enumerate(
-                    f"{by_place[place].room}-{by_place[place].number}".encode()
+                    f"{by_place[place].room}-{by_place[place].fact.ball}".encode()  # type: ignore[union-attr]
                     for place in range(60)
                 )
             ]
             writing.apply(connection, [BOARD, ROOM, replace(SESSION, id="s1")])
             fair_store.add_leaves(connection, again)
-        assert [leaf.root for leaf in again] == [by_place[place].root for place in range(60)]
+        assert [leaf.root for leaf in again] == [
+            by_place[place].receipt.root  # type: ignore[union-attr]
+            for place in range(60)
+        ]
         alone.close()
 
 
@@ -413,7 +414,7 @@ async def test_an_unanswered_commit_is_reported_when_it_is_found(
         go_on.set()
         receipt = (await waiting).receipt
         assert receipt is not None
-        assert (receipt.leaf, a.lost) == (0, [])
+        assert (receipt.index, a.lost) == (0, [])
         await a.ledger.drop(drop_of(1))
         after = await b.all_rows()
         assert after["receipts"][:2] == before["receipts"], "what the log has stays as it is"
