@@ -47,7 +47,7 @@ INTERNAL = {
     "Certificate": {"event_rows"},
     "Drop": {"ticks"},
     "World": {"add_flight", "advance_to", "events_kept", "skip_ids"},
-    "Arena": {"from_snapshot", "nbytes", "remove_many", "take_landings"},
+    "Arena": {"from_snapshot", "nbytes", "take_landings"},
     "ArenaSettings": {"changed", "for_solver"},
     "StaticGeometry": {"from_dict"},
     "Job": {"options", "to_dict"},

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -25,14 +25,12 @@ Rows = dict[str, npt.NDArray[np.generic]]
 FORMATS: Final = (".parquet", ".csv")
 
 
-def rows_and_block(job: Job, number: int, threads: int) -> tuple[Rows, Block]:
-    """Compute a block, and a row for each of its drops."""
+def block_and_rows(
+    job: Job, with_rows: bool, number: int, threads: int
+) -> tuple[Block, Rows | None]:
+    """Compute a block, and if wanted, a row for each of its drops."""
     batch = batch_of(job, number, threads)
-    return batch.columns(), summed(number, batch)
-
-
-class _Format(Protocol):
-    def write(self, rows: Rows) -> None: ...
+    return summed(number, batch), batch.columns() if with_rows else None
 
 
 class _Csv:
@@ -104,7 +102,7 @@ class RowWriter:
     def __enter__(self) -> "RowWriter":
         made = _Csv if self._path.suffix == ".csv" else _Parquet
         with naming(self._path):
-            self._format: _Format = made(self._draft.path, self._open)
+            self._format = made(self._draft.path, self._open)
         return self
 
     def write(self, rows: Rows) -> None:

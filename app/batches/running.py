@@ -8,10 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from plinko.app.batches.rows import Rows, RowWriter, rows_and_block
+from plinko.app.batches.rows import RowWriter, block_and_rows
 from plinko.app.batches.saved import save
 from plinko.app.batches.stopping import Terminated, undisturbed
-from plinko.engine.batches.block import Block, block_of
 from plinko.engine.batches.tally import Tally
 from plinko.engine.batches.workers import Workers
 
@@ -47,7 +46,8 @@ class Run:
         """Compute blocks. After an interrupt, tally and rows have the blocks that were finished."""
         before, began = self.seconds, self.clock()
         try:
-            for found, block in self._blocks(workers, numbers, rows is not None):
+            work = partial(block_and_rows, self.tally.job, rows is not None)
+            for _, (block, found) in workers.compute(work, numbers):
                 with undisturbed():
                     if rows is not None and found is not None:
                         rows.write(found)
@@ -74,11 +74,3 @@ class Run:
             self.save()
             ended = self.clock()
             self._due = ended + SHARE * (ended - began)
-
-    def _blocks(
-        self, workers: Workers, numbers: Iterable[int], with_rows: bool
-    ) -> Iterable[tuple[Rows | None, Block]]:
-        job = self.tally.job
-        if with_rows:
-            return (made for _, made in workers.compute(partial(rows_and_block, job), numbers))
-        return ((None, block) for _, block in workers.compute(partial(block_of, job), numbers))

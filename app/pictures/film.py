@@ -10,7 +10,7 @@ import functools
 import time
 from collections import Counter, deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -190,7 +190,7 @@ class Camera:
         self._hits = {n: at for n, at in self._hits.items() if at > now - LIT_SECONDS}
         if self.room.box is not None:
             return still  # in a box with piles of balls, trails would hide the balls
-        return still.lively(_trails(self._past), tuple(self._hits))
+        return replace(still, trails=_trails(self._past), lit=tuple(self._hits))
 
 
 def _trails(

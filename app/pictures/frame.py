@@ -6,7 +6,7 @@ worker unpacks these only if it has not cached the stage of that scenery, size a
 
 import functools
 import pickle
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -50,10 +50,6 @@ class Still:
     facts: tuple[str, ...]
     trails: dict[int, npt.NDArray[np.float64]] = field(default_factory=dict)
     lit: tuple[int, ...] = ()
-
-    def lively(self, trails: dict[int, npt.NDArray[np.float64]], lit: tuple[int, ...]) -> "Still":
-        """A copy with trails, by the ball's id, and with light on these bins."""
-        return replace(self, trails=trails, lit=lit)
 
 
 def still_of(room: Room) -> Still:

@@ -110,7 +110,8 @@ class Film:
         """The changed part of each frame after the first; the last is the complete result."""
         frame, dirty = self._begin()
         for number in range(1, len(self.times)):
-            _restore(frame, self._board, dirty)
+            x0, y0, x1, y1 = dirty
+            frame[y0:y1, x0:x1] = self._board[y0:y1, x0:x1]
             before, dirty = dirty, self._paint(frame, number)
             x0, y0, x1, y1 = _around(before, dirty)
             x0, y0 = x0 & ~1, y0 & ~1  # WebP requires even corners
@@ -163,11 +164,6 @@ def _box(points: Floats, reach: float, view: View) -> Box:
 
 def _around(one: Box, two: Box) -> Box:
     return min(one[0], two[0]), min(one[1], two[1]), max(one[2], two[2]), max(one[3], two[3])
-
-
-def _restore(frame: Pixels, board: Pixels, box: Box) -> None:
-    x0, y0, x1, y1 = box
-    frame[y0:y1, x0:x1] = board[y0:y1, x0:x1]
 
 
 def _gif(film: Film) -> bytes:

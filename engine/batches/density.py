@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Final
 
@@ -59,13 +59,5 @@ def occupancy_by(
 def _part(
     board: Board, seeds: range, grid: Grid, step: float, begin: int, threads: int
 ) -> Occupancy:
-    return occupancy(
-        board,
-        seeds[begin : begin + PART],
-        left=grid.left,
-        top=grid.top,
-        cells_per_metre=grid.cells_per_metre,
-        shape=grid.shape,
-        step=step,
-        threads=threads,
-    )
+    some = seeds[begin : begin + PART]
+    return occupancy(board, some, step=step, threads=threads, **asdict(grid))

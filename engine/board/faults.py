@@ -1,9 +1,11 @@
 """Collects all faults of a board: checks continue after a failure, and one error names them all."""
 
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Iterable
+from typing import Any, Final, TypeVar
 
 from plinko.engine.errors import BoardError, Fault
+
+T = TypeVar("T")
 
 MOST: Final = 20
 """Most faults that one error names. More than that usually have one cause."""
@@ -39,6 +41,14 @@ class Faults:
         faults = tuple(self.found[:MOST])
         if faults:
             raise BoardError(_message(faults), field=faults[0].field, faults=faults)
+
+
+def checked_items(check: Callable[[Any, str], T], items: Iterable[Any], path: str) -> tuple[T, ...]:
+    """Each of `items` checked as check(item, path[i]); one BoardError for all that fail."""
+    faults = Faults()
+    found = tuple(faults.take(check, item, f"{path}[{i}]") for i, item in enumerate(items))
+    faults.end()
+    return found
 
 
 def _message(faults: tuple[Fault, ...]) -> str:

@@ -16,7 +16,7 @@ from typing import Any, Final, TypeVar
 
 from plinko.engine import json_text
 from plinko.engine.board import values
-from plinko.engine.board.faults import Faults
+from plinko.engine.board.faults import Faults, checked_items
 from plinko.engine.board.fields import DEFAULT_HEIGHT, DEFAULT_WIDTH, BoardFields
 from plinko.engine.board.form import MAX_BINS, field_of, names
 from plinko.engine.board.materials import Material
@@ -87,7 +87,7 @@ def fields(form: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
 
     An invalid part is left out of the result and reported to `faults`.
     """
-    _known(form, names("board"), "", faults)
+    check_known(form, names("board"), "", faults)
     result: dict[str, Any] = {}
     for key, (kind, keys) in _PARTS.items():
         result[key] = faults.take(_part, kind, form.get(key, {}), key, keys)
@@ -115,7 +115,7 @@ def part(key: str, form: Mapping[str, Any], width: Any, height: Any) -> Any:
 def _bins(form: Mapping[str, Any]) -> Bins:
     given = _object(form.get("bins", {}), "bins")
     faults = Faults()
-    _known(given, names("bins"), "bins.", faults)
+    check_known(given, names("bins"), "bins.", faults)
     faults.end()
     width = values.CHECKS["width"](form.get("width", DEFAULT_WIDTH))
     height = values.CHECKS["height"](form.get("height", DEFAULT_HEIGHT))
@@ -131,15 +131,11 @@ def _bins(form: Mapping[str, Any]) -> Bins:
 
 
 def _labels(value: Any) -> tuple[Label | None, ...]:
-    faults = Faults()
-    labels = tuple(
-        None
-        if item is None
-        else faults.take(_part, Label, item, f"bins.labels[{i}]", names("label"), ("text",))
-        for i, item in enumerate(values.items(value, "bins.labels", MAX_BINS))
-    )
-    faults.end()
-    return labels
+    def label(item: Any, path: str) -> Label | None:
+        return None if item is None else _part(Label, item, path, names("label"), ("text",))
+
+    items = values.items(value, "bins.labels", MAX_BINS)
+    return checked_items(label, items, "bins.labels")
 
 
 def _side_walls(bins: Bins, zone: DropZone, ball: BallSpec) -> tuple[Wall, ...]:
@@ -155,7 +151,9 @@ def _object(value: Any, path: str) -> Mapping[str, Any]:
     return value
 
 
-def _known(form: Mapping[str, Any], keys: tuple[str, ...], prefix: str, faults: Faults) -> None:
+def check_known(
+    form: Mapping[str, Any], keys: tuple[str, ...], prefix: str, faults: Faults
+) -> None:
     for key in form:
         if key not in keys and not faults.full:
             path = f"{prefix}{key}"[:100]
@@ -172,7 +170,7 @@ def _part(
 ) -> Part:
     form = _object(value, path)
     faults = Faults()
-    _known(form, keys, f"{path}.", faults)
+    check_known(form, keys, f"{path}.", faults)
     for key in required:
         if key not in form:
             faults.add(f"{path}.{key}", f"{path}.{key} is missing")
@@ -180,19 +178,9 @@ def _part(
     return kind(**form)
 
 
-def _parts(
-    kind: type[Part],
-    value: Any,
-    path: str,
-    keys: tuple[str, ...],
-) -> tuple[Part, ...]:
-    faults = Faults()
-    parts = tuple(
-        faults.take(_part, kind, item, f"{path}[{i}]", keys, keys)
-        for i, item in enumerate(values.items(value, path, field_of("board", path).most))
-    )
-    faults.end()
-    return parts
+def _parts(kind: type[Part], value: Any, path: str, keys: tuple[str, ...]) -> tuple[Part, ...]:
+    items = values.items(value, path, field_of("board", path).most)
+    return checked_items(lambda item, at: _part(kind, item, at, keys, keys), items, path)
 
 
 def to_dict(board: BoardFields) -> dict[str, Any]:
@@ -200,7 +188,10 @@ def to_dict(board: BoardFields) -> dict[str, Any]:
     bins, zone = board.bins, board.drop
     pockets = {"y": bins.y, "edges": list(bins.edges), "multipliers": list(bins.multipliers)}
     if bins.labels:
-        pockets["labels"] = [label and _label_form(label) for label in bins.labels]
+        pockets["labels"] = [
+            label and {"text": label.text} | ({"colour": label.colour} if label.colour else {})
+            for label in bins.labels
+        ]
     drop: dict[str, Any] = {"x": zone.x, "y": zone.y, "jitter": zone.jitter}
     if zone.slots:
         drop["slots"] = list(zone.slots)
@@ -226,10 +217,6 @@ def to_dict(board: BoardFields) -> dict[str, Any]:
 
 def material_dict(material: Material) -> dict[str, float]:
     return {"restitution": material.restitution, "friction": material.friction}
-
-
-def _label_form(label: Label) -> dict[str, str]:
-    return {"text": label.text} | ({"colour": label.colour} if label.colour else {})
 
 
 def dumps(board: BoardFields) -> str:

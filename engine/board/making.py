@@ -5,10 +5,10 @@ from dataclasses import fields, is_dataclass, replace
 from itertools import pairwise
 from typing import Any, Final
 
-from plinko.engine.board import payouts, presets, values
+from plinko.engine.board import form, json_form, payouts, presets, values
+from plinko.engine.board.faults import Faults
 from plinko.engine.board.fields import BoardFields
 from plinko.engine.board.parts import Wall
-from plinko.engine.errors import BoardError
 
 ROWS: Final = range(4, 21)
 """Allowed rows of a triangle. With fewer a ball wedges at a wall; with more pegs are too small."""
@@ -37,24 +37,20 @@ def replaced(board: BoardFields, changes: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises BoardError for an unknown field.
     """
-    result = {field.name: getattr(board, field.name) for field in fields(BoardFields)}
-    _known(result, changes, "")
+    faults = Faults()
+    json_form.check_known(changes, form.names("board"), "", faults)
+    faults.end()
+    result = {name: getattr(board, name) for name in form.names("board")}
     for name, change in changes.items():
         part = result[name]
         if isinstance(change, Mapping) and is_dataclass(part):
-            _known({field.name for field in fields(part)}, change, f"{name}.")
+            names = tuple(field.name for field in fields(part))
+            json_form.check_known(change, names, f"{name}.", faults)
+            faults.end()
             result[name] = replace(part, **change)  # type: ignore[type-var]
         else:
             result[name] = change
     return result
-
-
-def _known(names: Iterable[str], changes: Mapping[str, Any], prefix: str) -> None:
-    for name in changes:
-        if name not in names:
-            whole = prefix.rstrip(".") or "a board"
-            path = f"{prefix}{name}"
-            raise BoardError(f"{path} is unknown: {whole} has {', '.join(names)}", field=path)
 
 
 def polygon(corners: Iterable[tuple[float, float]]) -> tuple[Wall, ...]:

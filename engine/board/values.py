@@ -13,7 +13,7 @@ from numbers import Real
 from typing import Any, Final, TypeVar
 
 from plinko.engine import plain_text
-from plinko.engine.board.faults import Faults
+from plinko.engine.board.faults import Faults, checked_items
 from plinko.engine.board.form import (
     COLOUR,
     FORM,
@@ -113,11 +113,7 @@ def walls(value: Any) -> tuple[Wall, ...]:
 
 
 def _parts(value: Any, field: str, check: Callable[[Any, str], T]) -> tuple[T, ...]:
-    faults = Faults()
-    parts = items(value, field, field_of("board", field).most)
-    checked = tuple(faults.take(check, each, f"{field}[{i}]") for i, each in enumerate(parts))
-    faults.end()
-    return checked
+    return checked_items(check, items(value, field, field_of("board", field).most), field)
 
 
 def _row(value: Any, field: str, kind: type[T], fields: tuple[Field, ...]) -> T:
@@ -168,11 +164,7 @@ def _labels(value: Any, count: int) -> tuple[Label | None, ...]:
             "which may be null",
             field="bins.labels",
         )
-    faults = Faults()
-    checked = tuple(
-        faults.take(_label, label, f"bins.labels[{i}]") for i, label in enumerate(labels)
-    )
-    faults.end()
+    checked = checked_items(_label, labels, "bins.labels")
     return checked if any(label is not None for label in checked) else ()
 
 
@@ -185,13 +177,9 @@ def _label(value: Any, field: str) -> Label | None:
     if right is not None:
         raise fail(f"{field}.text", label.text, f"it must be {right}")
     colour = label.colour
-    if colour is not None and not _is_colour(colour):
+    if colour is not None and not (isinstance(colour, str) and re.fullmatch(COLOUR, colour)):
         raise fail(f"{field}.colour", colour, "it must be # and six digits of 0-9 and a-f")
     return Label(text, colour)
-
-
-def _is_colour(value: Any) -> bool:
-    return isinstance(value, str) and re.fullmatch(COLOUR, value) is not None
 
 
 def _numbers(value: Any, field: str, kind: Field) -> tuple[float, ...]:

@@ -22,7 +22,7 @@ from plinko.engine.exact.event_log import new_log
 from plinko.engine.exact.initial_state import at_rest
 from plinko.engine.exact.lanes import trial
 from plinko.engine.exact.lanes.trace import Code, Drops, trace_drops
-from plinko.engine.exact.outcome import LANDED, MAX_EVENTS, REASONS, Results
+from plinko.engine.exact.outcome import LANDED, MAX_EVENTS, REASONS, Results, new_results
 from plinko.engine.notebooks import figure, png
 from plinko.engine.parameters import Solver, SolverName, Stepped, make_solver
 from plinko.engine.physics import body
@@ -263,20 +263,21 @@ def drop_many(
         raise ParameterError(
             f"xs has shape {starts.shape} for {count} seeds: it must be ({count},)", field="xs"
         )
+    results = new_results(count)
     batch = DropBatch(
         board=board,
         solver=chosen,
         seed=numbers,
         explicit_x=xs is not None,
         x_start=starts,
-        bin=np.empty(count, np.int32),
-        duration=np.empty(count),
-        impact_count=np.empty(count, np.int32),
-        x_end=np.empty(count),
-        outcome=np.empty(count, np.int8),
+        bin=results.bins,
+        duration=results.durations,
+        impact_count=results.impacts,
+        x_end=results.x_ends,
+        outcome=results.outcomes,
         aim=None if aim is None else aim_of(board, aim),
     )
-    _fill(batch, thread_count(threads), progress)
+    _fill(batch, results, thread_count(threads), progress)
     for array in batch._arrays().values():
         _read_only(array)
     return batch
@@ -354,16 +355,11 @@ def _explicit_starts(board: Board, xs: npt.ArrayLike) -> Floats:
     return starts
 
 
-def _fill(batch: DropBatch, threads: int, progress: Callable[[int], None] | None) -> None:
+def _fill(
+    batch: DropBatch, results: Results, threads: int, progress: Callable[[int], None] | None
+) -> None:
     """Compute all chunks in threads; the kernels release the GIL."""
     arrays = arrays_of(batch.board)
-    results = Results(
-        bins=batch.bin,
-        durations=batch.duration,
-        x_ends=batch.x_end,
-        impacts=batch.impact_count,
-        outcomes=batch.outcome,
-    )
     code = trial.trusted() if len(batch) >= WORTH_A_TRIAL else trial.NONE
     share(
         _parts(len(batch), threads),

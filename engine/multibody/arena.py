@@ -116,15 +116,9 @@ class Arena:
 
     def remove(self, ball: int) -> None:
         """Remove a ball."""
-        self.remove_many([ball])
-
-    def remove_many(self, balls: Iterable[int]) -> None:
-        """Remove balls, all of which must exist."""
-        chosen = _listed(balls, "balls")
-        rows = [self._table.row(ball) for ball in chosen]
-        for row in rows:
-            self._table.wake_with(row)
-        self._drop(rows)
+        row = self._table.row(ball)
+        self._table.wake_with(row)
+        self._drop([row])
 
     def clear(self) -> None:
         """Remove all balls."""

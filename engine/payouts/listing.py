@@ -9,7 +9,6 @@ from plinko.engine.board.model import Board
 from plinko.engine.board.payouts import TABLES, Risk
 from plinko.engine.board.presets import HOUSE, TRIANGLE_HEIGHT, TRIANGLE_WIDTH, VARIANTS
 from plinko.engine.board.worlds import WORLDS
-from plinko.engine.payouts.odds import odds_of
 from plinko.engine.payouts.record import shipped
 
 LEAST_RETURN: Final = 0.985
@@ -47,7 +46,7 @@ def listed(name: str) -> Listed:
     variant = VARIANTS.get(name)
     if variant is None:
         board = Board.preset(name)
-        return row_of(board, HOUSE, _returned(name, board.bins.multipliers))
+        return row_of(board, HOUSE, _returned(name))
     world, rows, risk = variant
     size = WORLDS[world].size if world in WORLDS else 1.0
     pays = presets.payouts_of(name)
@@ -62,7 +61,7 @@ def listed(name: str) -> Listed:
         pegs=rows * (rows + 5) // 2,
         size=(size * TRIANGLE_WIDTH, size * TRIANGLE_HEIGHT),
         multipliers=pays,
-        returned=_returned(name, pays),
+        returned=_returned(name),
     )
 
 
@@ -88,8 +87,6 @@ def row_of(board: Board, world: str | None = None, returned: float | None = None
     )
 
 
-def _returned(name: str, pays: tuple[float, ...]) -> float | None:
+def _returned(name: str) -> float | None:
     counted = shipped().get(presets.plain_name(name))
-    if counted is None or name not in counted.chosen:
-        return None
-    return odds_of(counted.fresh(name)[0], pays).returned
+    return counted.odds(name)[0].returned if counted and name in counted.chosen else None

@@ -54,6 +54,11 @@ class Counted(msgspec.Struct, frozen=True):
         """The landings that judge the table of the preset `name`."""
         return _sum(self.blocks[self.chosen[name] :])
 
+    def odds(self, name: str) -> tuple[Odds, ...]:
+        """The odds of the preset `name` from the drops that judge it, its own start first."""
+        pays = pays_of(name)
+        return tuple(odds_of(each, pays) for each in self.fresh(name))
+
     def grown(self, aim: int, found: Landings) -> "Counted":
         """A copy in which `found` replaces the newest block's landings from the given aim."""
         newest = (*self.blocks[-1][:aim], found, *self.blocks[-1][aim + 1 :])
@@ -114,10 +119,15 @@ def counted_on(record: Record, want: Wanted, drops: int, workers: Workers | None
     return {**record, want.board: counted.grown(want.aim, grown)}
 
 
+def pays_of(name: str) -> tuple[float, ...]:
+    """The multipliers of a preset. A triangle is not laid out, because there are dozens."""
+    found = name in presets.VARIANTS
+    return presets.payouts_of(name) if found else Board.preset(name).bins.multipliers
+
+
 def _needs(counted: Counted, table: str) -> list[int]:
     """How many more drops each aim needs, estimated from the volatility measured until now."""
-    variant = presets.VARIANTS.get(table)
-    pays = presets.payouts_of(table) if variant else Board.preset(table).bins.multipliers
+    variant, pays = presets.VARIANTS.get(table), pays_of(table)
     house = variant is None or variant.world == presets.HOUSE
     pairs = zip(counted.all(), counted.fresh(table), strict=True)
     needs = []
@@ -166,9 +176,7 @@ def _check(name: str, counted: Counted) -> None:
     """Raise RecordError if an entry contradicts its board or itself."""
     if name not in presets.preset_names() or presets.plain_name(name) != name:
         raise RecordError(f"{shorten(name)} is not a preset whose returns are recorded", field=name)
-    # A triangle is not laid out: there are dozens, and most are not needed.
-    variant = presets.VARIANTS.get(name)
-    bins = variant.rows + 1 if variant else Board.preset(name).bins.count
+    bins = len(pays_of(name))
     shapes = {tuple(len(each.histogram) for each in block) for block in counted.blocks}
     if len(shapes) != 1 or {*chain(*shapes)} != {bins}:
         raise RecordError(
@@ -202,4 +210,4 @@ def odds_of_record(board: Board | str) -> tuple[Odds, ...]:
     counted = shipped().get(presets.plain_name(board.name))
     if counted is None or board.preset_name is None:
         return ()
-    return tuple(odds_of(each, board.bins.multipliers) for each in counted.fresh(board.name))
+    return counted.odds(board.name)

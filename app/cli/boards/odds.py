@@ -135,15 +135,9 @@ def _solve(path: Path, record: "Record", name: str) -> None:
 
 def _print_json(record: "Record") -> None:
     """Print a list of odds per table: from the board's own start, then from each aim."""
-    from plinko.engine.board.model import Board
-    from plinko.engine.payouts.odds import odds_of
-
     common.print_json(
         {
-            name: [
-                odds_of(each, Board.preset(name).bins.multipliers).to_dict()
-                for each in counted.fresh(name)
-            ]
+            name: [odds.to_dict() for odds in counted.odds(name)]
             for counted in record.values()
             for name in counted.chosen
         }
@@ -152,16 +146,13 @@ def _print_json(record: "Record") -> None:
 
 def _show(record: "Record") -> None:
     """Print the Markdown table that docs/payouts.md contains."""
-    from plinko.engine.board.model import Board
-    from plinko.engine.payouts.odds import odds_of
     from plinko.engine.payouts.record import still_to_drop, wanted
 
     common.echo(_row(_HEADS))
     common.echo(_row(["---"] * len(_HEADS)))
     for counted in record.values():
         for name in counted.chosen:
-            pays = Board.preset(name).bins.multipliers
-            own, *others = (odds_of(each, pays) for each in counted.fresh(name))
+            own, *others = counted.odds(name)
             common.echo(_row([f"`{name}`", *_cells(own, others)]))
     needs = wanted(record)
     intervals = sum(len(counted.blocks[-1]) * len(counted.chosen) for counted in record.values())

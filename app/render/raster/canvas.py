@@ -59,7 +59,7 @@ class Canvas:
         inside = (slice(y0 - top, y1 - top), slice(x0 - left, x1 - left))
         cover, target = coverage[inside], self.pixels[y0:y1, x0:x1]
         clip = None if self._clip is None else self._clip[y0:y1, x0:x1]
-        paint = colour[inside] if isinstance(colour, np.ndarray) else _solid(colour)
+        paint = colour[inside] if isinstance(colour, np.ndarray) else np.array(colour, np.float32)
         for rows in bands(y1 - y0):
             part, new = target[rows], paint[rows] if paint.ndim == 3 else paint
             strength = cover[rows]
@@ -193,10 +193,6 @@ def _filled(clip: Array) -> slice:
     """The columns from the first to the last one that has any coverage."""
     found = np.flatnonzero(clip.any(axis=0))
     return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
-
-
-def _solid(colour: Colour) -> Array:
-    return np.array(colour, dtype=np.float32)
 
 
 def covered(depth: npt.NDArray[np.floating[Any]]) -> Array:

@@ -13,11 +13,12 @@ import pytest
 
 from plinko.app.batches import rows as rows_module
 from plinko.app.batches.files import Draft
-from plinko.app.batches.rows import FORMATS, RowWriter, rows_and_block
+from plinko.app.batches.rows import FORMATS, RowWriter
 from plinko.app.batches.running import Run
 from plinko.app.batches.stopping import Terminated, terminable
 from plinko.app.errors import InvalidValueError
 from plinko.engine import drop_many
+from plinko.engine.batches.block import batch_of
 from plinko.engine.batches.job import Job
 from plinko.engine.batches.tally import Tally
 from plinko.engine.batches.workers import Here
@@ -157,7 +158,7 @@ def test_a_signal_at_the_end_waits_until_the_file_has_its_name(
 
     monkeypatch.setattr(Draft, "commit", disturbed)
     with pytest.raises(KeyboardInterrupt), terminable(), RowWriter(path) as rows:
-        rows.write(rows_and_block(JOB, 2, 1)[0])
+        rows.write(batch_of(JOB, 2, 1).columns())
     assert len(path.read_text().splitlines()) == 1 + 100
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
 
@@ -175,7 +176,7 @@ def test_each_block_is_written_at_once_to_keep_memory_flat(tmp_path: Path) -> No
     path = tmp_path / "drops.parquet"
     with RowWriter(path) as rows:
         for _ in range(5):
-            rows.write(rows_and_block(JOB, 2, 1)[0])
+            rows.write(batch_of(JOB, 2, 1).columns())
     groups = parquet.ParquetFile(path).metadata
     assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [100] * 5
 
@@ -191,7 +192,7 @@ def test_csv_needs_no_pyarrow_and_parquet_says_what_to_install(
 ) -> None:
     monkeypatch.setattr(rows_module, "find_spec", lambda name: None)
     with RowWriter(tmp_path / "drops.csv") as rows:
-        rows.write(rows_and_block(JOB, 2, 1)[0])
+        rows.write(batch_of(JOB, 2, 1).columns())
     assert len((tmp_path / "drops.csv").read_text("utf-8").splitlines()) == 1 + 100
     with pytest.raises(InvalidValueError, match=r"plinko-sim\[table\]', or write .csv"):
         RowWriter(tmp_path / "drops.parquet")

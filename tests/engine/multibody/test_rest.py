@@ -73,7 +73,8 @@ def test_balls_removed_from_a_sleeping_pile_leave_the_impulses_of_the_others() -
     run(arena, 2.0)
     assert not arena.awake
     other = arena.copy()
-    arena.remove_many(columns[0])
+    for ball in columns[0]:
+        arena.remove(ball)
     for each in (arena, other):
         each.wake_all()
         run(each, 1.0)

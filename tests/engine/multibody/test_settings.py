@@ -195,7 +195,6 @@ CALLS: dict[str, Callable[[Arena, Any], object]] = {
     "kick ball": lambda arena, odd: arena.kick(odd, 0.0, 0.0),
     "impulse": lambda arena, odd: arena.impulse(0, 0.0, odd),
     "remove": lambda arena, odd: arena.remove(odd),
-    "remove_many": lambda arena, odd: arena.remove_many([0, odd]),
     **{f"configure {name}": partial(lambda name, arena, odd: arena.configure(**{name: odd}), name)
        for name in ArenaSettings.__slots__},
     "ball": lambda arena, odd: arena.ball(odd),
