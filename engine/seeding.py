@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from plinko.engine.errors import SeedError
+from plinko.engine.errors import SeedError, shorten
 
 SEED_LIMIT = 1 << 64
 _MASK = SEED_LIMIT - 1
@@ -24,9 +24,9 @@ def parse_seed(value: object) -> int:
     if isinstance(value, np.integer):
         value = int(value)
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < SEED_LIMIT:
-        shown = repr(value)
-        shown = shown if len(shown) <= 40 else shown[:37] + "..."
-        raise SeedError(f"seed {shown} is not an integer from 0 to 2^64 - 1", field="seed")
+        raise SeedError(
+            f"seed {shorten(value, 40)} is not an integer from 0 to 2^64 - 1", field="seed"
+        )
     return value
 
 

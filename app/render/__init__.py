@@ -8,27 +8,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from plinko.app.render.animation import ANIMATIONS, drop_animation
-    from plinko.app.render.box import BoxStage
-    from plinko.app.render.density import density_picture
-    from plinko.app.render.histogram import histogram_picture
-    from plinko.app.render.room import Stage
-    from plinko.app.render.sheet import contact_sheet
-    from plinko.app.render.still import drop_picture
-
-__all__ = [
-    "ANIMATIONS",
-    "BoxStage",
-    "Stage",
-    "contact_sheet",
-    "density_picture",
-    "drop_animation",
-    "drop_picture",
-    "histogram_picture",
-]
+    from plinko.app.render.animation import drop_animation as drop_animation
+    from plinko.app.render.box import BoxStage as BoxStage
+    from plinko.app.render.density import density_picture as density_picture
+    from plinko.app.render.histogram import histogram_picture as histogram_picture
+    from plinko.app.render.room import Stage as Stage
+    from plinko.app.render.sheet import contact_sheet as contact_sheet
+    from plinko.app.render.still import drop_picture as drop_picture
 
 _MODULES: Final = {
-    "ANIMATIONS": "animation",
     "BoxStage": "box",
     "Stage": "room",
     "contact_sheet": "sheet",

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Final, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.app.errors import InvalidValueError
 from plinko.app.render.parts import balls
@@ -19,13 +18,12 @@ from plinko.app.render.parts.view import View, lay_out
 from plinko.app.render.raster import gif, png, webp
 from plinko.app.render.raster.canvas import Canvas
 from plinko.app.render.raster.mp4 import mp4
-from plinko.app.render.raster.palette import UNCHANGED, Palette
+from plinko.app.render.raster.palette import UNCHANGED, Palette, Pixels
 from plinko.app.render.still import DEFAULT_WIDTH, drop_pixels
 from plinko.app.render.theme import Scheme, at_place, named
 from plinko.engine import Drop
+from plinko.engine.physics.array_types import Floats
 
-Pixels = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float64]
 Box = tuple[int, int, int, int]
 Animation = Literal["gif", "webp", "apng", "mp4"]
 Patch = tuple[int, int, Pixels]

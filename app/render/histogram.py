@@ -16,8 +16,7 @@ from plinko.app.render.theme import Scheme, Theme, at_place, named
 from plinko.engine import Board
 from plinko.engine.drops.calibrate import sampling_floor, total_variation
 from plinko.engine.payouts.record import odds_of_record
-
-Floats = npt.NDArray[np.float64]
+from plinko.engine.physics.array_types import Floats
 
 ASPECT: Final = 0.56  # height over width
 FACE: Final = 34.0  # px, height of the bins' faces below the columns

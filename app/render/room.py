@@ -14,13 +14,11 @@ from plinko.app.render.parts.caption import paint_strip, paint_words
 from plinko.app.render.parts.view import View, lay_out
 from plinko.app.render.raster import encode
 from plinko.app.render.raster.canvas import Canvas
-from plinko.app.render.raster.palette import Palette
+from plinko.app.render.raster.palette import Palette, Pixels
 from plinko.app.render.still import DEFAULT_WIDTH
 from plinko.app.render.theme import at_place, named
 from plinko.engine import Board
-
-Pixels = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float64]
+from plinko.engine.physics.array_types import Floats
 
 _NO_TRAILS: Final[Mapping[int, Floats]] = {}
 
@@ -32,9 +30,7 @@ class Layer:
     get, in m. title: the words in the strip above.
     """
 
-    def __init__(
-        self, view: View, bare: npt.NDArray[np.uint8], radius: float, theme: str, title: str
-    ) -> None:
+    def __init__(self, view: View, bare: Pixels, radius: float, theme: str, title: str) -> None:
         self.view = view
         self.theme = theme
         self.title = title

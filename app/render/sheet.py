@@ -4,19 +4,15 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
-import numpy as np
-import numpy.typing as npt
-
 from plinko.app.errors import InvalidValueError
 from plinko.app.render.parts.prizes import result_of
 from plinko.app.render.parts.view import MOST_WIDTH, View, fit
 from plinko.app.render.raster import encode
 from plinko.app.render.raster.canvas import Canvas, text_width
+from plinko.app.render.raster.palette import Pixels
 from plinko.app.render.still import drop_pixels
 from plinko.app.render.theme import Scheme, Theme, at_place, named
 from plinko.engine import Board, Drop, drop
-
-Pixels = npt.NDArray[np.uint8]
 
 MOST_DROPS: Final = 256
 MOST_PIXELS: Final = 1 << 25

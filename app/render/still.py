@@ -4,7 +4,6 @@ import math
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.app.errors import InvalidValueError
 from plinko.app.render.parts import balls
@@ -14,10 +13,9 @@ from plinko.app.render.parts.path import paint_contacts, paint_ghosts, paint_pat
 from plinko.app.render.parts.view import View, lay_out
 from plinko.app.render.raster import encode
 from plinko.app.render.raster.canvas import Canvas
+from plinko.app.render.raster.palette import Pixels
 from plinko.app.render.theme import Scheme, at_place, named
 from plinko.engine import Drop
-
-Pixels = npt.NDArray[np.uint8]
 
 DEFAULT_WIDTH: Final = 760  # px, the reference game's canvas
 

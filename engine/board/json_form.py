@@ -12,6 +12,7 @@ to the bins.
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any, Final, TypeVar
 
 from plinko.engine import json_text
@@ -206,17 +207,22 @@ def to_dict(board: BoardFields) -> dict[str, Any]:
         "gravity": board.gravity,
         "drag": board.drag,
         "ball": {key: getattr(board.ball, key) for key in names("ball")},
-        "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in board.pegs],
-        "peg_material": material_dict(board.peg_material),
-        "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in board.walls],
-        "wall_material": material_dict(board.wall_material),
+        **surfaces_dict(board.pegs, board.peg_material, board.walls, board.wall_material),
         "bins": pockets,
         "drop": drop,
     }
 
 
-def material_dict(material: Material) -> dict[str, float]:
-    return {"restitution": material.restitution, "friction": material.friction}
+def surfaces_dict(
+    pegs: tuple[Peg, ...], peg_material: Material, walls: tuple[Wall, ...], wall_material: Material
+) -> dict[str, Any]:
+    """Return the JSON form of pegs and walls."""
+    return {
+        "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in pegs],
+        "peg_material": asdict(peg_material),
+        "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in walls],
+        "wall_material": asdict(wall_material),
+    }
 
 
 def dumps(board: BoardFields) -> str:

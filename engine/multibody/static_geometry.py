@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from plinko.engine.board import values as validation
-from plinko.engine.board.json_form import material_dict
+from plinko.engine.board.json_form import surfaces_dict
 from plinko.engine.board.materials import Material
 from plinko.engine.board.model import Board
 from plinko.engine.board.parts import Bins, Peg, Wall
@@ -97,10 +97,7 @@ class StaticGeometry:
     def to_dict(self) -> dict[str, Any]:
         """The JSON form of the parts, as in a board's, and the extent."""
         return {
-            "pegs": [{"x": p.x, "y": p.y, "radius": p.radius} for p in self.pegs],
-            "peg_material": material_dict(self.peg_material),
-            "walls": [{"x1": w.x1, "y1": w.y1, "x2": w.x2, "y2": w.y2} for w in self.walls],
-            "wall_material": material_dict(self.wall_material),
+            **surfaces_dict(self.pegs, self.peg_material, self.walls, self.wall_material),
             "bins": self.bins
             and {
                 "y": self.bins.y,
@@ -115,8 +112,8 @@ class StaticGeometry:
         """Read the geometry from the JSON form of `to_dict`."""
         bins = values["bins"]
         return cls(
-            pegs=tuple(Peg(p["x"], p["y"], p["radius"]) for p in values["pegs"]),
-            walls=tuple(Wall(w["x1"], w["y1"], w["x2"], w["y2"]) for w in values["walls"]),
+            pegs=tuple(Peg(**p) for p in values["pegs"]),
+            walls=tuple(Wall(**w) for w in values["walls"]),
             peg_material=Material(**values["peg_material"]),
             wall_material=Material(**values["wall_material"]),
             bins=bins and Bins(bins["y"], tuple(bins["edges"]), tuple(bins["multipliers"])),

@@ -156,42 +156,27 @@ def _nearest(shared: Floats, void: Floats, wanted: Floats, bounds: Bounds, ranke
     frequent bins, no such table may be within the bounds.
     """
     moves = _moves(len(wanted))
+
+    def climb(now: Rungs) -> tuple[float, Rungs]:
+        """Descend from `now` until no one or two steps lower the cost; return cost and rungs."""
+        best = np.inf
+        while True:
+            tried = np.clip(now + moves, 0, len(LADDER) - 1)
+            if ranked:
+                tried = tried[(np.diff(tried, axis=1) <= 0).all(axis=1)]
+            pays = LADDER[tried]
+            violation = _violation(void + pays @ shared.T, bounds)
+            cost = _STIFF * violation + _VIOLATED * (violation > 0.0)
+            changes = np.log(pays / wanted) ** 2
+            cost += changes.sum(axis=1) + _HEADLINE * changes[:, 0]
+            first = int(cost.argmin())
+            if not cost[first] < best:
+                return best, now
+            best, now = float(cost[first]), tried[first]
+
     begins = [wanted * scale for scale in _SCALES] + [np.full(len(wanted), bounds.target)]
-    tried = [
-        _climb(_rungs_near(begin), moves, shared, void, wanted, bounds, ranked) for begin in begins
-    ]
-    return min(tried, key=lambda each: each[0])[1]
-
-
-def _rungs_near(pays: Floats) -> Rungs:
-    found: Rungs = np.abs(np.log(LADDER[:, None]) - np.log(pays)).argmin(axis=0)
-    return found
-
-
-def _climb(
-    now: Rungs,
-    moves: Rungs,
-    shared: Floats,
-    void: Floats,
-    wanted: Floats,
-    bounds: Bounds,
-    ranked: bool,
-) -> tuple[float, Rungs]:
-    """Descend from `now` until no one or two steps lower the cost; return cost and rungs."""
-    best = np.inf
-    while True:
-        tried = np.clip(now + moves, 0, len(LADDER) - 1)
-        if ranked:
-            tried = tried[(np.diff(tried, axis=1) <= 0).all(axis=1)]
-        pays = LADDER[tried]
-        violation = _violation(void + pays @ shared.T, bounds)
-        cost = _STIFF * violation + _VIOLATED * (violation > 0.0)
-        changes = np.log(pays / wanted) ** 2
-        cost += changes.sum(axis=1) + _HEADLINE * changes[:, 0]
-        first = int(cost.argmin())
-        if not cost[first] < best:
-            return best, now
-        best, now = float(cost[first]), tried[first]
+    nearest = (np.abs(np.log(LADDER[:, None]) - np.log(pays)).argmin(axis=0) for pays in begins)
+    return min(map(climb, nearest), key=lambda each: each[0])[1]
 
 
 def _moves(count: int) -> Rungs:

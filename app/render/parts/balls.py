@@ -5,14 +5,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.app.render.raster import pixels as compiled
 from plinko.app.render.raster.canvas import Gradient
+from plinko.app.render.raster.palette import Pixels
 from plinko.app.render.theme import Theme, named
-
-Floats = npt.NDArray[np.float64]
-Pixels = npt.NDArray[np.uint8]
+from plinko.engine.physics.array_types import Floats
 
 LEAST_RADIUS = 2.0  # px; a smaller ball is drawn in this size, so that viewers can find it
 

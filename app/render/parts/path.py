@@ -4,17 +4,15 @@ import math
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from plinko.app.render.parts.balls import LEAST_RADIUS
 from plinko.app.render.parts.view import View
 from plinko.app.render.raster import pixels as compiled
+from plinko.app.render.raster.palette import Pixels
 from plinko.app.render.theme import Colour, Theme
 from plinko.engine import Board, Drop
 from plinko.engine.constants import KIND_LANDING, KIND_PEG, KIND_WALL
-
-Floats = npt.NDArray[np.float64]
-Pixels = npt.NDArray[np.uint8]
+from plinko.engine.physics.array_types import Floats
 
 STRIDE: Final = 2.0  # px between samples of the path where the ball is fastest
 MAX_SAMPLES: Final = 20_000  # of one path; a ball that rolls for minutes gets longer chords

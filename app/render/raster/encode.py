@@ -4,15 +4,12 @@ import io
 from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
-import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
 from plinko.app.errors import InvalidValueError
-from plinko.app.render.raster.palette import Palette
+from plinko.app.render.raster.palette import Palette, Pixels
 from plinko.app.render.raster.png import FAST, png
 
-Pixels = npt.NDArray[np.uint8]
 Still = Literal["png", "jpg", "webp"]
 
 QUALITY: Final = 90  # of 100, for JPEG and WebP

@@ -4,12 +4,9 @@ import struct
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from PIL import GifImagePlugin, Image
 
-from plinko.app.render.raster.palette import UNCHANGED
-
-Pixels = npt.NDArray[np.uint8]
+from plinko.app.render.raster.palette import UNCHANGED, Pixels
 
 _LOOP_FOR_EVER = b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 _KEEP = 1  # disposal method: the next frame is painted over this one

@@ -8,11 +8,9 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
+from plinko.app.render.raster.palette import Pixels
 from plinko.engine.errors import MissingPartError
-
-Pixels = npt.NDArray[np.uint8]
 
 _BT709: Final = 1  # ITU-T H.273's code of the colour space that players assume for high resolution
 _CODING: Final = {"crf": "24", "preset": "veryfast", "x264-params": "mbtree=0"}

@@ -10,11 +10,8 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from plinko.app.render.raster.palette import UNCHANGED
-
-Pixels = npt.NDArray[np.uint8]
+from plinko.app.render.raster.palette import UNCHANGED, Pixels
 
 _SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _INDEXED = 3

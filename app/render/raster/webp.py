@@ -10,10 +10,9 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
-Pixels = npt.NDArray[np.uint8]
+from plinko.app.render.raster.palette import Pixels
 
 _ANIMATED: Final = 0x02
 _KEEP_AND_REPLACE: Final = 0x02  # a frame stays, and replaces the pixels below without blending
