@@ -1,11 +1,10 @@
 """One frame of a room: the event loop copies the room's state, and a worker draws it.
 
-A worker has no rooms. Each frame brings it the moving balls, and the fixed scenery as bytes. The
-worker unpacks these only if it has not cached the stage of that scenery, size and theme.
+A worker has no rooms. Each frame brings it the moving balls and the fixed scenery, of which the
+worker caches the painted stage.
 """
 
 import functools
-import pickle
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -26,19 +25,14 @@ _STAGES: Final = 3  # cached by a worker; 12 MB each in the largest size
 
 @dataclass(frozen=True, slots=True)
 class Scenery:
-    """The fixed part of a room, and the title above it.
+    """The fixed part of a room, a board or else a box, and the title above it.
 
-    digest: of the board or scene, which may change when a room restarts. packed: the pickled board,
-    or the box of a room without a board.
+    digest: of the board or scene, which may change when a room restarts.
     """
 
     digest: str
     title: str
-    packed: bytes = field(compare=False, repr=False)
-
-    def unpack(self) -> Board | Box:
-        found: Board | Box = pickle.loads(self.packed)
-        return found
+    place: Board | Box = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +86,7 @@ def stage_of(scenery: Scenery, width: int, theme: str) -> "Stage | BoxStage":
     """The painted scenery on which frames are drawn; raises InvalidValueError."""
     from plinko.app.render import BoxStage, Stage  # noqa: PLC0415
 
-    place = scenery.unpack()
+    place = scenery.place
     if isinstance(place, Box):
         return BoxStage(place.place, width, theme, scenery.title, place.radius)
     return Stage(place, width, theme=theme, title=scenery.title)
@@ -102,11 +96,6 @@ def _scenery_of(room: Room) -> Scenery:
     ground, box = room.ground, room.box
     title = room.id if room.id == ground.name else f"{room.id}   {ground.name}"
     if box is not None:
-        return Scenery(ground.digest, title, pickle.dumps(box))
+        return Scenery(ground.digest, title, box)
     assert isinstance(ground, Board)
-    return Scenery(ground.digest, title, _packed(ground))
-
-
-@functools.lru_cache(maxsize=32)
-def _packed(board: Board) -> bytes:
-    return pickle.dumps(board)
+    return Scenery(ground.digest, title, ground)

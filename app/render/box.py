@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from plinko.app.render.parts.view import View, check_width, lay_out_place
 from plinko.app.render.raster.canvas import Canvas
-from plinko.app.render.room import Layer, Pixels
+from plinko.app.render.raster.palette import Pixels
+from plinko.app.render.room import Layer
 from plinko.app.render.still import DEFAULT_WIDTH
 from plinko.app.render.theme import Theme, named
 from plinko.engine.multibody.bodies import ARENA_BODY

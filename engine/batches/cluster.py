@@ -7,6 +7,7 @@ need little memory. If a worker is lost, others repeat its calls.
 import logging
 import pickle
 import re
+import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
@@ -14,7 +15,6 @@ from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from plinko.engine.batches import local_worker
 from plinko.engine.drops.threads import thread_count
 from plinko.engine.errors import ClusterError, ParameterError
 from plinko.engine.jit import source_hash
@@ -97,11 +97,19 @@ def _local(stack: ExitStack, count: int) -> "Client":
             # chooses a free one; the default may be in use.
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             worker_dashboard_address=None,
-            preload=local_worker.__name__,
+            preload=__name__,
             silence_logs=logging.CRITICAL,
         )
     )
     return Client(cluster)
+
+
+def dask_setup(_worker: Any) -> None:
+    """Have a local worker ignore Ctrl-C, which then reaches only the client, which ends it.
+
+    Dask calls the function of this name in a preloaded module.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _remote(address: str) -> "Client":

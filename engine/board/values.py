@@ -176,7 +176,7 @@ def _label(value: Any, field: str) -> Label | None:
     right = plain_text.fault(text, MAX_LABEL)
     if right is not None:
         raise fail(f"{field}.text", label.text, f"it must be {right}")
-    colour = label.colour
+    colour: Any = label.colour
     if colour is not None and not (isinstance(colour, str) and re.fullmatch(COLOUR, colour)):
         raise fail(f"{field}.colour", colour, "it must be # and six digits of 0-9 and a-f")
     return Label(text, colour)

@@ -3,7 +3,7 @@
 Two things are exact: which gaps the ball fits through (`separators`), and which parts of the bins'
 line are free. The rest is conservative: a place that is connected to the start and not above it
 counts as reached, even if no flight leads there. Only at open sides does the ball's energy limit
-how far it can fly (`side_bounds`).
+how far it can fly (`side_limits`).
 """
 
 import math
@@ -14,7 +14,6 @@ import numpy as np
 
 from plinko.engine.board.checks.components import Bools, Components, connected_components
 from plinko.engine.board.checks.obstacles import Floats, Ints, Obstacles
-from plinko.engine.board.checks.side_bounds import side_limits
 from plinko.engine.board.faults import MOST, Faults
 from plinko.engine.board.fields import BoardFields
 from plinko.engine.errors import BoardError
@@ -30,6 +29,9 @@ MAX_CELLS: Final = 8_000_000
 
 WINDOW: Final = 3
 """Grid spacings, about one ball radius: every free place sees a node of its component within it."""
+
+SAMPLES: Final = 1025
+"""Depths at which `side_limits` is exact; between them, a chord of a convex curve is safe."""
 
 _GENERIC: Final = 0.381966011250105  # offset (golden section) that avoids round coordinates
 
@@ -243,4 +245,47 @@ def _grid(board: BoardFields, obs: Obstacles, xs: Floats, *exact: Floats) -> tup
     return (
         np.unique(np.concatenate((columns, *exact))),
         np.concatenate(([top], inner, [bottom])),
+    )
+
+
+def side_limits(obs: Obstacles, starts: Floats, top: float, bottom: float) -> tuple[float, float]:
+    """Smallest and largest x in m at which a ball's centre can cross the height `bottom`.
+
+    A ball that left its last contact at a height h below the start had a speed of at most sqrt(2 g
+    h) there. At a depth d below the start, above or below that contact, it is at most 2 sqrt(h d)
+    to the side: the envelope of all throws with this speed is a parabola. Linear drag only shortens
+    a throw, because a path with drag lies below the parabola without it. The bound therefore
+    depends neither on gravity nor on restitution and friction.
+
+    starts: x of the starts in m, all at height `top`, shape (n,). The bound ignores that obstacles
+    shield each other, and assumes each contact at the worst point of the disc or wall.
+    """
+    x, y, half, low = _bodies(obs)
+    # As a function of u = sqrt(depth), the bound from each contact, x + 2 sqrt(h) u, is a line.
+    u = np.sqrt(np.linspace(0.0, bottom - top, SAMPLES))
+    right = np.full(SAMPLES, float(np.max(starts)))
+    left = np.full(SAMPLES, float(np.min(starts)))
+    lowest = np.clip(y + low, top, bottom)
+    u_lowest = np.sqrt(lowest - top)
+    untouched: Bools = y + low > top
+    untouched &= y - low < bottom
+    while True:
+        touched = untouched & (x - half <= np.interp(u_lowest, u, right))
+        touched &= x + half >= np.interp(u_lowest, u, left)
+        if not touched.any():
+            return float(left[-1]), float(right[-1])
+        untouched &= ~touched
+        for i in np.flatnonzero(touched):
+            throw = 2.0 * u_lowest[i] * u
+            right = np.maximum(right, x[i] + half[i] + throw)
+            left = np.minimum(left, x[i] - half[i] - throw)
+
+
+def _bodies(obs: Obstacles) -> tuple[Floats, Floats, Floats, Floats]:
+    """Bounding boxes of discs and walls' strips: centre x and y, half width and half height, m."""
+    return (
+        np.concatenate((obs.x, 0.5 * (obs.x1 + obs.x2))),
+        np.concatenate((obs.y, 0.5 * (obs.y1 + obs.y2))),
+        np.concatenate((obs.reach, 0.5 * np.abs(obs.x2 - obs.x1) + obs.radius)),
+        np.concatenate((obs.reach, 0.5 * np.abs(obs.y2 - obs.y1) + obs.radius)),
     )

@@ -40,7 +40,7 @@ def near(pixels: Pixels, colour: tuple[int, int, int], far: float = 12.0) -> Any
 def test_a_sheet_has_each_drop_in_its_place() -> None:
     seeds, columns, width = [5, 2, 9, 7, 1], 3, 640
     sheet = decode(contact_sheet(BOARD, seeds, width=width, columns=columns))
-    view = fit(BOARD, (width - GAP) // columns - GAP, None, header=0.0)
+    view = fit(BOARD, (width - GAP) // columns - GAP, header=0.0)
     pitch_x, pitch_y = view.width + GAP, view.height + LABEL + GAP
     assert sheet.shape == (2 * pitch_y + GAP, width, 3)
     left = (width - columns * pitch_x + GAP) // 2
