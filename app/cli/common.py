@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from plinko.engine import Board
+    from plinko.engine import Board, Drop
     from plinko.engine.batches.workers import Workers
     from plinko.engine.parameters import Solver
 
@@ -47,39 +47,41 @@ def garbage_waits() -> Iterator[None]:
             gc.enable()
 
 
-def board_argument(command: Command) -> Command:
-    return click.argument("board")(command)
+board_argument: Final = click.argument("board")
+
+# A string, so that the engine's parser reports an invalid seed.
+seed_option: Final = click.option("--seed", help="An integer from 0 to 2^64 - 1.")
+
+x_option: Final = click.option(
+    "--x", type=float, help="Start here (metres) instead of drawing the start by the seed."
+)
+aim_option: Final = click.option(
+    "--aim", type=float, help="The seed draws the start near here (metres)."
+)
+cluster_option: Final = click.option(
+    "--cluster",
+    metavar="WHERE",
+    help="Compute in local[:N] processes, or on the Dask cluster at tcp://host:8786.",
+)
+threads_option: Final = click.option(
+    "--threads", type=COUNT, help="Threads to compute with. [one per core]"
+)
 
 
-def start_options(command: Command) -> Command:
-    """Add --seed (a string), --x and --aim (floats), which choose the start of a drop."""
-    # A string, so that the engine's parser reports an invalid seed.
-    with_seed = click.option("--seed", help="An integer from 0 to 2^64 - 1.")
-    return with_seed(x_option(aim_option(command)))
+def workers_options(command: Command) -> Command:
+    return threads_option(cluster_option(command))
 
 
-def read_start(seed: str | None, x: float | None) -> int | None:
-    """The seed of a drop, or None if only --x is given.
+def dropped(
+    board: str, seed: str | None, x: float | None, aim: float | None, how: Options
+) -> "Drop":
+    """Compute one drop; UsageError if neither --seed nor --x is given."""
+    from plinko.engine import drop
 
-    Raises UsageError if neither is given, SeedError if the seed is invalid.
-    """
     if seed is None and x is None:
         raise click.UsageError("a drop needs a start: give --seed N or --x X")
-    return None if seed is None else read_seed(seed)
-
-
-def x_option(command: Command) -> Command:
-    """Add --x, an explicit start."""
-    return click.option(
-        "--x", type=float, help="Start here (metres) instead of drawing the start by the seed."
-    )(command)
-
-
-def aim_option(command: Command) -> Command:
-    """Add --aim, the middle of the range from which a seed draws the start."""
-    return click.option("--aim", type=float, help="The seed draws the start near here (metres).")(
-        command
-    )
+    number = None if seed is None else read_seed(seed)
+    return drop(load_board(board), number, x=x, aim=aim, **how)
 
 
 def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
@@ -124,25 +126,6 @@ def solver_options(command: Callable[..., Any]) -> Callable[..., Any]:
     ):
         with_solver = option(with_solver)
     return with_solver
-
-
-def cluster_option(command: Command) -> Command:
-    """Add --cluster, which says where to compute; open it with `workers`."""
-    return click.option(
-        "--cluster",
-        metavar="WHERE",
-        help="Compute in local[:N] processes, or on the Dask cluster at tcp://host:8786.",
-    )(command)
-
-
-def workers_options(command: Command) -> Command:
-    return threads_option(cluster_option(command))
-
-
-def threads_option(command: Command) -> Command:
-    return click.option("--threads", type=COUNT, help="Threads to compute with. [one per core]")(
-        command
-    )
 
 
 def workers(cluster: str | None, threads: int | None) -> "AbstractContextManager[Workers]":

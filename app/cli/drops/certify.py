@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @click.command(name="certify", short_help="Prove where one ball lands.")
 @common.board_argument
-@click.option("--seed", help="An integer from 0 to 2^64 - 1.")
+@common.seed_option
 @click.option("--x", help="Start here (metres), exactly: 0.1 is one tenth; 1/3 works too.")
 @common.aim_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

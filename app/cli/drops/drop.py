@@ -15,7 +15,9 @@ HALF_DIGIT = 5e-7
 
 @click.command(name="drop", short_help="Drop one ball and say where it lands.")
 @common.board_argument
-@common.start_options
+@common.seed_option
+@common.x_option
+@common.aim_option
 @common.solver_options
 @click.option("--certainty", is_flag=True, help="Also say whether rounding may decide the bin.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole record as one JSON object.")
@@ -34,10 +36,7 @@ def command(
     The same board and seed give the same drop to the last bit on every machine; the digest proves
     it. `plinko verify` checks the output of --json.
     """
-    number = common.read_start(seed, x)
-    from plinko.engine import drop
-
-    d = drop(common.load_board(board), number, x=x, aim=aim, **how)
+    d = common.dropped(board, seed, x, aim, how)
     if as_json:
         common.print_json(d.to_dict(certainty=certainty))
     else:

@@ -75,18 +75,9 @@ def command(  # one parameter per option: click passes them by name
     else:
         if columns is not None:
             raise click.UsageError(f"--columns {columns} works only with --sheet")
-        picture = _draw_one(_dropped(board, seed, x, aim, how), fmt, at, fps, sizes)
+        picture = _draw_one(common.dropped(board, seed, x, aim, how), fmt, at, fps, sizes)
     write_whole(path, picture)
     common.echo(f"{out}: {len(picture):,} bytes")
-
-
-def _dropped(
-    board: str, seed: str | None, x: float | None, aim: float | None, how: common.Options
-) -> "Drop":
-    from plinko.engine import drop
-
-    number = common.read_start(seed, x)
-    return drop(common.load_board(board), number, x=x, aim=aim, **how)
 
 
 def _draw_one(d: "Drop", fmt: Json, at: float | None, fps: int, sizes: dict[str, Json]) -> bytes:
