@@ -171,15 +171,9 @@ class Stage(Layer):
         y = board.drop.y + np.repeat(rows[:, None], len(columns), axis=1) * (
             board.bins.y - board.drop.y
         )
-        bodies = scattered(x.ravel(), y.ravel())
+        bodies = np.zeros(x.size, [("id", "i4"), ("x", "f8"), ("y", "f8"), ("theta", "f8")])
+        bodies["id"], bodies["x"], bodies["y"] = np.arange(x.size), x.ravel(), y.ravel()
+        bodies["theta"] = 0.37 * np.arange(x.size)
         above = np.array([[0.0, 0.0], [0.0, -4.0 * board.ball.radius]])
         trails = {n: np.array([x.flat[n], y.flat[n]]) + above for n in range(x.size)}
         return self.frame(bodies, trails=trails, lit=range(board.bins.count))
-
-
-def scattered(xs: Floats, ys: Floats) -> npt.NDArray[np.void]:
-    """Bodies at these positions in m, each with a different angle."""
-    bodies = np.zeros(xs.size, [("id", "i4"), ("x", "f8"), ("y", "f8"), ("theta", "f8")])
-    bodies["id"], bodies["x"], bodies["y"] = np.arange(xs.size), xs, ys
-    bodies["theta"] = 0.37 * np.arange(xs.size)
-    return bodies

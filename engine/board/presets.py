@@ -136,7 +136,7 @@ def preset_fields(name: str) -> BoardFields:
     if name == "galton":
         return _galton()
     if name in VARIANTS:
-        return _triangle_of(VARIANTS[name])
+        return _triangle_of(name)
     shown = repr(name)[:60]
     raise BoardError(
         f"board is {shown}: there is no such preset; the presets are {', '.join(preset_names())}",
@@ -144,9 +144,9 @@ def preset_fields(name: str) -> BoardFields:
     )
 
 
-def _triangle_of(variant: Variant) -> BoardFields:
-    name, rows, plain = variant.name, variant.rows, variant.plain
-    payout = payouts_of(name)
+def _triangle_of(name: str) -> BoardFields:
+    variant = VARIANTS[name]
+    rows, plain, payout = variant.rows, variant.plain, payouts_of(name)
     if variant.world == HOUSE:
         return triangle(name, rows, payout, TUNING[plain], _REACH, AIM.get(plain, 0.0))
     world = WORLDS[variant.world]
@@ -187,7 +187,8 @@ def triangle(
     # side of one. A further impact on a peg only pushes it down. So the ball can no longer change
     # its bin, and no rounding decides which one it is.
     line = last_row + ball_radius
-    outer = _x_on(walls[2], line)
+    side = walls[2]
+    outer = side.x1 + (side.x2 - side.x1) * ((line - side.y1) / (side.y2 - side.y1))
     inner = tuple(spacing * (0.5 * (2 * j - rows - 1)) for j in range(1, rows + 1))
     material = Material(tuning.restitution, tuning.friction)
     return BoardFields(
@@ -245,10 +246,6 @@ def _slanted_walls(
         Wall(neck_x, neck_y, foot_x, height),
         Wall(-neck_x, neck_y, -foot_x, height),
     )
-
-
-def _x_on(wall: Wall, y: float) -> float:
-    return wall.x1 + (wall.x2 - wall.x1) * ((y - wall.y1) / (wall.y2 - wall.y1))
 
 
 def _staggered(

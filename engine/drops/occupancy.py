@@ -94,7 +94,11 @@ def occupancy(
     """
     board = Board.named(board)
     starts = seed_array(seeds)
-    rows, columns = _checked_shape(shape)
+    rows, columns = shape
+    if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
+        raise ParameterError(
+            f"shape is {shape}: it must have 1 to {MOST_CELLS} cells", field="shape"
+        )
     chosen = default_step(len(starts)) if step is None else number(step, "step", 1e-6, 1.0)
     cells = number(cells_per_metre, "cells_per_metre", 1e-3, 1e6)
     corner = (number(left, "left", -1e6, 1e6), number(top, "top", -1e6, 1e6))
@@ -177,12 +181,3 @@ class _Work:
 def default_step(drops: int) -> float:
     """Time between two samples of a ball, s, for this number of drops."""
     return min(max(SHORTEST_STEP * drops / _FINE, SHORTEST_STEP), LONGEST_STEP)
-
-
-def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    rows, columns = shape
-    if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
-        raise ParameterError(
-            f"shape is {shape}: it must have 1 to {MOST_CELLS} cells", field="shape"
-        )
-    return rows, columns

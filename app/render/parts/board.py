@@ -21,7 +21,6 @@ from plinko.app.render.raster.canvas import (
 )
 from plinko.app.render.theme import Colour, Theme, named
 from plinko.engine import Board
-from plinko.engine.board.parts import Wall
 from plinko.engine.json_text import JsonObject
 
 Point = tuple[float, float]
@@ -193,20 +192,16 @@ def _rails(canvas: Canvas, board: Board, view: View, theme: Theme) -> None:
     shape = theme.shapes["rail"]
     width = max(shape["least"] * view.unit, shape["metres"] * view.metre)
     shade = [length * view.unit for length in shape["shade"]]
-    lines = [
-        _rail(view, wall, 0.5 * width * side)
-        for wall, side in zip(board.walls, sides_of(board), strict=True)
-    ]
+    lines = []
+    for wall, side in zip(board.walls, sides_of(board), strict=True):
+        # A wall may be far longer than the picture; the canvas clips it.
+        x1, x2 = (view.px(x) + 0.5 * width * side for x in (wall.x1, wall.x2))
+        lines.append((x1, view.py(wall.y1), x2, view.py(wall.y2)))
     for x1, y1, x2, y2 in lines:
         ends = (x1 + shade[0], y1 + shade[1], x2 + shade[0], y2 + shade[1])
         canvas.line(ends, width, theme["railShade"])
     for ends in lines:
         canvas.line(ends, width, theme["rail"])
-
-
-def _rail(view: View, wall: Wall, away: float) -> tuple[float, float, float, float]:
-    # A wall may be far longer than the picture; the canvas clips it.
-    return view.px(wall.x1) + away, view.py(wall.y1), view.px(wall.x2) + away, view.py(wall.y2)
 
 
 Peg = tuple[float, float, float]

@@ -95,7 +95,9 @@ def check_width(width: int) -> None:
 
 def fit(board: Board, width: int, header: float) -> View:
     """Like `lay_out`, for any width, with a strip of `header` px (at full size) above the board."""
-    left, right = _sides(board)
+    left, right = _ends(board)
+    pad = SIDE_PAD * _size(board)
+    left, right = left - pad, right + pad
     fall = board.bins.y - board.drop.y
     scale = min(width / (right - left), MAX_ASPECT * width / fall)
     left -= 0.5 * (width / scale - (right - left))
@@ -120,13 +122,6 @@ def fit(board: Board, width: int, header: float) -> View:
         bin_height=bin_height,
         header=header * unit,
     )
-
-
-def _sides(board: Board) -> tuple[float, float]:
-    """The left and right end of the picture in m."""
-    left, right = _ends(board)
-    pad = SIDE_PAD * _size(board)
-    return left - pad, right + pad
 
 
 def _size(board: Board) -> float:
