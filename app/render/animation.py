@@ -198,10 +198,6 @@ def _webp(film: Film) -> bytes:
     return webp.animated(film.first(), film.patches(), film.stays(1), WEBP_QUALITY)
 
 
-def _mp4(film: Film) -> bytes:
-    return mp4(_frames(film), film.fps)
-
-
 def _frames(film: Film) -> Iterator[Pixels]:
     """Complete frames. The result is repeated for HOLD s, which takes hardly any bytes."""
     frame = film.first()
@@ -218,5 +214,5 @@ ANIMATIONS: Final[Mapping[str, Callable[[Film], bytes]]] = {
     "gif": _gif,
     "webp": _webp,
     "apng": _apng,
-    "mp4": _mp4,
+    "mp4": lambda film: mp4(_frames(film), film.fps),
 }

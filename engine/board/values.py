@@ -77,10 +77,6 @@ def material(value: Any, field: str) -> Material:
     return part(value, field, Material, FORM["material"])
 
 
-def ball(value: Any) -> BallSpec:
-    return part(value, "ball", BallSpec, FORM["ball"])
-
-
 def drop_zone(value: Any) -> DropZone:
     return part(value, "drop", DropZone, FORM["drop"])
 
@@ -195,7 +191,7 @@ CHECKS: Final[Mapping[str, Callable[[Any], Any]]] = {
         for each in FORM["board"]
         if each.default is not None
     },
-    "ball": ball,
+    "ball": partial(part, field="ball", kind=BallSpec, fields=FORM["ball"]),
     "pegs": pegs,
     "peg_material": partial(material, field="peg_material"),
     "walls": walls,

@@ -16,7 +16,7 @@ from plinko.engine.certified.spread import trace_all
 from plinko.engine.certified.trace import MAX_EVENTS, Path, trace
 from plinko.engine.drops.drop import make_drop
 from plinko.engine.drops.start import start_of
-from plinko.engine.errors import ParameterError
+from plinko.engine.errors import ParameterError, shorten
 from plinko.engine.exact.outcome import EVENT_LIMIT, LANDED, REASONS
 from plinko.engine.parameters import Exact
 from plinko.engine.seeding import parse_seed
@@ -205,9 +205,8 @@ def exact_start(x: Start) -> Fraction:
     try:
         return _exact(x) if isinstance(x, str) else Fraction(x)
     except (ArithmeticError, ValueError):
-        shown = repr(x) if len(repr(x)) <= 40 else repr(x)[:37] + "..."
         raise ParameterError(
-            f"x {shown} is not a finite number with at most {MOST_DIGITS} digits;"
+            f"x {shorten(x, 40)} is not a finite number with at most {MOST_DIGITS} digits;"
             " write it like 0.125 or 1/3",
             field="x",
         ) from None

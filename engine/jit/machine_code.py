@@ -93,20 +93,14 @@ def _read(path: Path, made_from: dict[str, Any]) -> dict[str, "Module"]:
     return dict.fromkeys(module.signatures, module)
 
 
-class _Compiler(NamedTuple):
-    """wasmtime's engine, and whether the code that it compiles counts instructions."""
-
-    engine: wasmtime.Engine
-    counts: bool
-
-
 @cache
-def _compiler() -> _Compiler:
+def _compiler() -> tuple[wasmtime.Engine, bool]:
+    """wasmtime's engine, and whether the code that it compiles counts instructions."""
     counts = limits.are_limited()
     config = wasmtime.Config()
     config.parallel_compilation = False  # its threads would not exist in a forked process
     config.consume_fuel = counts
-    return _Compiler(wasmtime.Engine(config), counts)
+    return wasmtime.Engine(config), counts
 
 
 @atexit.register
@@ -119,7 +113,7 @@ def _let_go() -> None:
 
 def _compiled(code: bytes) -> wasmtime.Module:
     """Compile a module; a process that computes for others does not use the cache on disk."""
-    engine = _compiler().engine
+    engine, _ = _compiler()
     return (
         wasmtime.Module(engine, code) if native.is_forbidden() else code_cache.module(engine, code)
     )

@@ -47,10 +47,6 @@ def _jpg(pixels: Pixels) -> bytes:
     return _pillow(pixels, "JPEG", quality=QUALITY, subsampling=0, optimize=True)
 
 
-def _webp(pixels: Pixels) -> bytes:
-    return _pillow(pixels, "WEBP", quality=QUALITY, method=4)
-
-
 def _pillow(pixels: Pixels, fmt: str, **options: object) -> bytes:
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, fmt, **options)
@@ -60,5 +56,5 @@ def _pillow(pixels: Pixels, fmt: str, **options: object) -> bytes:
 STILLS: Final[Mapping[str, Callable[[Pixels], bytes]]] = {
     "png": _png,
     "jpg": _jpg,
-    "webp": _webp,
+    "webp": lambda pixels: _pillow(pixels, "WEBP", quality=QUALITY, method=4),
 }
