@@ -44,7 +44,7 @@ class Billiard:
         checked: dict[str, Any] = {
             "pegs": values.pegs(self.pegs),
             "walls": values.walls(self.walls),
-            "ball": values.ball(self.ball),
+            "ball": values.CHECKS["ball"](self.ball),
             "material": values.material(self.material, "material"),
             "gravity": values.number(self.gravity, "gravity", _GRAVITY),
             "drag": values.CHECKS["drag"](self.drag),
