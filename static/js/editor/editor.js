@@ -221,7 +221,10 @@ export class Editor {
     else if (command === "all") this.#select(groupOf(refsOf(board)));
     else if (!this.selected) this.#say(t("editor.nothing-is-selected"));
     else if (command === "delete") this.#delete(board, this.selected);
-    else this.#duplicate(board, this.selected);
+    else {
+      const made = duplicated(board, this.selected, this.#bench().step || 0.1);
+      if (made) this.#change(made.board, made.ref);
+    }
   }
 
   /** @param {"undo" | "redo"} way */
@@ -261,12 +264,6 @@ export class Editor {
     this.pointer.cursor = placeOf(board, ref);
     this.#change(left, null);
     this.#say(t("editor.deleted", { what: nameOf(ref) }));
-  }
-
-  /** @param {Board} board @param {Ref} ref */
-  #duplicate(board, ref) {
-    const made = duplicated(board, ref, this.#bench().step || 0.1);
-    if (made) this.#change(made.board, made.ref);
   }
 
   /** @param {string} text */

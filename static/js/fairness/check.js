@@ -130,14 +130,9 @@ class Check {
    * @returns {Promise<Step>}
    */
   async #heardSession(heard) {
-    const name = "heard-session";
-    const { ok } = await this.#signed(name, "step.heard-session", heard);
-    if (!ok) {
-      return { name, ok, text: "step.heard-session", said: heard.signature,
-        found: "invalid", drop: null };
-    }
-    return same(name, "step.heard-same",
-      heard.statement, this.#session.session.statement);
+    const signed = await this.#signed("heard-session", "step.heard-session", heard);
+    if (!signed.ok) return signed;
+    return same("heard-session", "step.heard-same", heard.statement, this.#session.session.statement);
   }
 
   /** @returns {AsyncGenerator<Step>} */

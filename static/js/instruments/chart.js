@@ -104,7 +104,10 @@ export class Chart {
     const { series, events = [], limit } = this.#plot;
     paintAxes(sheet, this.#plot);
     for (const curve of series) paintSeries(sheet, curve);
-    paintEvents(sheet, events);
+    ctx.fillStyle = sheet.palette.flash; // a tick on the axis for each event
+    for (const place of events) {
+      ctx.fillRect(sheet.px(place) - 0.75, size.height - size.margin.bottom - 7, 1.5, 7);
+    }
     if (limit) paintLimit(sheet, limit);
     this.#draw();
   }
@@ -210,12 +213,6 @@ function paintSeries({ ctx, px, py, palette }, { points, base, colour, width = 2
     for (const { x, y } of points) disc(ctx, px(x), py(y), 3);
   }
   ctx.globalAlpha = 1;
-}
-
-/** Paints a tick on the axis for each event. @param {Sheet} sheet @param {number[]} events */
-function paintEvents({ ctx, height, margin, px, palette }, events) {
-  ctx.fillStyle = palette.flash;
-  for (const place of events) ctx.fillRect(px(place) - 0.75, height - margin.bottom - 7, 1.5, 7);
 }
 
 /** @param {Sheet} sheet @param {Limit} limit */

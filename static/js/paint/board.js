@@ -184,9 +184,12 @@ export function paintBins({ ctx, geometry, board, look }) {
   }
   const { size, texts, every } = labelsFor(ctx, board, boxes);
   const first = Math.floor((multipliers.length - 1) / 2) % every;
-  boxes.forEach((box, bin) => {
-    const { ink } = colours[bin];
-    if ((bin - first) % every === 0) paintLabel(ctx, { text: texts[bin], ink, size }, box);
+  ctx.font = `700 ${size.toFixed(1)}px ${LABEL_FONT}`;
+  ctx.textAlign = "center";
+  ctx.textBaseline = "middle";
+  boxes.forEach(({ x, y, width, height }, bin) => {
+    ctx.fillStyle = colours[bin].ink;
+    if ((bin - first) % every === 0) ctx.fillText(texts[bin], x + width / 2, y + height / 2 + 0.06 * size);
   });
 }
 
@@ -216,17 +219,4 @@ function labelsFor(ctx, { bins: { multipliers } }, boxes) {
   if (larger >= LEGIBLE - 1 || new Set(multipliers).size > 1) return { size: larger, texts: bare, every: 1 };
   const wide = (LEGIBLE + 1) * (ctx.measureText(texts[0]).width / 100) + 6;
   return { size: LEGIBLE + 1, texts, every: Math.ceil(wide / boxes[0].width) };
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {{text: string, ink: string, size: number}} label
- * @param {Box} box
- */
-function paintLabel(ctx, { text, ink, size }, { x, y, width, height }) {
-  ctx.font = `700 ${size.toFixed(1)}px ${LABEL_FONT}`;
-  ctx.textAlign = "center";
-  ctx.textBaseline = "middle";
-  ctx.fillStyle = ink;
-  ctx.fillText(text, x + width / 2, y + height / 2 + 0.06 * size);
 }

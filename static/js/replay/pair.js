@@ -12,30 +12,20 @@ const LAST_BIT = "bit";
 const SHIFTS = [LAST_BIT, "1e-12", "1e-9", "1e-6", "1e-3"];
 
 /**
- * @param {Board} board
- * @param {number} x the first ball's start, m
- * @param {string} shift one of SHIFTS
- * @returns {number} m; shifted to the left where the right is outside the drop zone
- */
-function secondStart({ drop }, x, shift) {
-  const most = Math.max(drop.x + startSpan(drop), ...(drop.slots ?? []));
-  if (shift === LAST_BIT) return nextUp(x) <= most ? nextUp(x) : nextDown(x);
-  const by = Number(shift);
-  return x + by <= most ? x + by : x - by;
-}
-
-/**
  * The second drop. A shifted start is explicit, so the drop has no aim (the middle of the starts that a seed draws).
  * @param {Board} board
  * @param {DropAddress} first
  * @param {number} x where the first starts, m
- * @param {string} shift one of SHIFTS
+ * @param {string} shift one of SHIFTS; to the left where the right is outside the drop zone
  * @param {string | null} seed the second drop's seed, instead of a shift
  * @returns {DropAddress}
  */
 export function secondDrop(board, first, x, shift, seed) {
   if (seed) return { ...first, seed, x: null };
-  return { ...first, x: secondStart(board, x, shift), aim: null };
+  const { drop } = board;
+  const most = Math.max(drop.x + startSpan(drop), ...(drop.slots ?? []));
+  const [right, left] = shift === LAST_BIT ? [nextUp(x), nextDown(x)] : [x + Number(shift), x - Number(shift)];
+  return { ...first, x: right <= most ? right : left, aim: null };
 }
 
 /** @param {string | null} text from a link @returns {string} one of SHIFTS */

@@ -44,7 +44,8 @@ export class Dials {
     const row = this.#rows.get(name);
     if (!row) throw new Error(`there is no slider ${name}`);
     const { dial, input } = row;
-    return dial.log ? exactOf(10 ** Number(input.value)) : Number(input.value);
+    // A slider resolves three digits.
+    return dial.log ? Number((10 ** Number(input.value)).toPrecision(3)) : Number(input.value);
   }
 
   /**
@@ -100,9 +101,4 @@ export class Dials {
     output.textContent = text;
     input.setAttribute("aria-valuetext", text);
   }
-}
-
-/** Rounds to the three digits that a slider resolves. @param {number} value */
-function exactOf(value) {
-  return Number(value.toPrecision(3));
 }

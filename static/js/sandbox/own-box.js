@@ -19,6 +19,7 @@ const OPENING = { ...SCENES.sandbox, gravity: GRAVITY.Moon, speed: 2 };
 
 const MOST_TICKS = 30; // computed for one frame: after a long pause the box does not catch up
 const MEASURED_TICKS = 6; // between two measurements
+const INPUTS = ["clear", "remove", "step", "kick"]; // messages that the world takes as they are
 const SETTLING_MS = 600; // for which frames are drawn after the last change
 
 /** @type {Record<string, Record<string, number>>} */
@@ -109,12 +110,11 @@ export class OwnBox {
     else if (asked.type === "settings") this.#configure(asked);
     else if (asked.type === "edit") this.#edit(asked);
     else if (asked.type === "reset") void this.#reset(asked.scene);
-    else if (asked.type === "clear") this.#removeBalls([...this.made.keys()], { type: "clear" });
-    else if (asked.type === "remove") this.#removeBalls([asked.ball], { type: "remove", ball: asked.ball });
     else if (asked.type === "pause") this.#pause(asked.paused);
-    else if (asked.type === "step") this.#carryOut({ type: "step" });
-    else if (asked.type === "kick") {
-      this.#carryOut({ type: "kick", ball: asked.ball, vx: asked.vx, vy: asked.vy });
+    else if (INPUTS.includes(asked.type)) {
+      const gone = asked.type === "clear" ? [...this.made.keys()] : asked.type === "remove" ? [asked.ball] : [];
+      this.#carryOut(/** @type {Input} */ (asked));
+      if (gone.length) this.#forget(gone);
     }
     return true;
   }
@@ -253,12 +253,6 @@ export class OwnBox {
     this.#asleep = false;
     this.listener.onState(paused ? "paused" : "live");
     this.#sendSettings();
-  }
-
-  /** @param {number[]} balls @param {Input} input that removes them */
-  #removeBalls(balls, input) {
-    this.#carryOut(input);
-    this.#forget(balls);
   }
 
   /** @param {number[]} balls that were removed */

@@ -106,12 +106,15 @@ export class SandboxRoom {
   /** Releases the dragged ball, which flies on. */
   letGo() {
     if (!this.#drag) return;
-    clearTimeout(this.#drag.timer);
-    clearTimeout(this.#drag.again);
-    if (performance.now() - this.#drag.sent < 10 * DRAG_MS) {
-      this.send({ type: "drag", ball: this.#drag.ball, x: this.#drag.x, y: this.#drag.y });
-    }
-    this.send({ type: "release", ball: this.#drag.ball });
+    const { ball, x, y, sent } = this.#drag;
+    this.#endDrag();
+    if (performance.now() - sent < 10 * DRAG_MS) this.send({ type: "drag", ball, x, y });
+    this.send({ type: "release", ball });
+  }
+
+  #endDrag() {
+    clearTimeout(this.#drag?.timer);
+    clearTimeout(this.#drag?.again);
     this.#drag = null;
   }
 
@@ -222,11 +225,7 @@ export class SandboxRoom {
 
   /** @param {number} ball */
   #forget(ball) {
-    if (this.#drag?.ball === ball) {
-      clearTimeout(this.#drag.timer);
-      clearTimeout(this.#drag.again);
-      this.#drag = null;
-    }
+    if (this.#drag?.ball === ball) this.#endDrag();
     this.made.delete(ball & 0xffff);
   }
 

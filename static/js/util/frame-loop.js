@@ -24,12 +24,10 @@ export class FrameLoop {
   }
 
   wake() {
-    if (this.#frame === 0) this.#frame = requestAnimationFrame((now) => this.#run(now));
-  }
-
-  /** @param {number} now */
-  #run(now) {
-    this.#frame = 0;
-    if (this.draw(now)) this.wake();
+    if (this.#frame !== 0) return;
+    this.#frame = requestAnimationFrame((now) => {
+      this.#frame = 0;
+      if (this.draw(now)) this.wake();
+    });
   }
 }

@@ -176,7 +176,10 @@ export class Table {
     const due = { seen: [], settled: [] };
     for (const ball of this.balls.values()) {
       if (!ball.outcome && until >= shownEnd(ball)) {
-        ball.outcome = ball.landed ?? foreseen(ball);
+        // A ball of a faster pace has a landing that this page computed, before the table sends it.
+        const { id, pace, solved } = ball;
+        const early = pace === 1 || !solved ? null : completed({ type: "landed", ball: id, digest: solved.digest }, solved);
+        ball.outcome = ball.landed ?? early;
         if (ball.outcome) this.#see(ball, ball.outcome, wall);
         if (ball.outcome) due.seen.push(ball);
       }
@@ -326,16 +329,6 @@ export class Table {
     const { x, y, angle } = path.poseAt(end);
     return { x: x + sink.vx * (t - end) * 0.5, y: y + Math.max(sink.vy, 1.5) * (t - end), angle };
   }
-}
-
-/**
- * The landing that this page computed for a ball of a faster pace, which is shown before the table sends it.
- * @param {Ball} ball
- * @returns {Landed | null}
- */
-function foreseen({ id, pace, solved }) {
-  if (pace === 1 || !solved) return null;
-  return completed({ type: "landed", ball: id, digest: solved.digest }, solved);
 }
 
 /**

@@ -12,21 +12,13 @@ export function showDraw(game) {
   game.on("table", ({ hello: { board, draw } }) => {
     byId("draw").hidden = draw === undefined;
     byId("fair-words").textContent = t(draw ? "draw.fair" : "fair.words");
-    const rows = draw ? drawOdds(draw.weights) : [];
-    byId("draw-odds").replaceChildren(...rows.map(({ bin, words }) => make("li", {},
+    const weights = draw?.weights.map(BigInt) ?? [];
+    const sum = weights.reduce((total, weight) => total + weight, 0n);
+    byId("draw-odds").replaceChildren(...weights.flatMap((weight, bin) => (weight === 0n ? [] : make("li", {},
       make("span", {}, labelOf(board, bin)?.text ?? t("draw.bin", { n: bin + 1 })),
       make("span", {}, multiplier(board.bins.multipliers[bin])),
-      make("b", {}, words))));
+      make("b", {}, chance(weight, sum))))));
   });
-}
-
-/**
- * @param {number[]} weights of the bins, left to right
- * @returns {{bin: number, words: string}[]} the bins with a weight above 0, and their exact odds
- */
-function drawOdds(weights) {
-  const sum = weights.reduce((total, weight) => total + BigInt(weight), 0n);
-  return weights.flatMap((weight, bin) => (weight === 0 ? [] : [{ bin, words: chance(BigInt(weight), sum) }]));
 }
 
 /** @param {bigint} weight above 0 @param {bigint} sum @returns {string} "1 in 10,000" */

@@ -39,9 +39,8 @@ export function findFork(drop, dropAt, { from, to }) {
 function forkOf(drop, other) {
   const [ours, theirs] = [drop.impacts, other.impacts];
   let shared = 0;
-  while (shared < ours.length && shared < theirs.length && alike(ours[shared], theirs[shared])) {
-    shared += 1;
-  }
+  // As long as both hit the same peg or wall.
+  while (ours[shared] && ours[shared][6] === theirs[shared]?.[6] && ours[shared][7] === theirs[shared][7]) shared += 1;
   const [t, x, y] = shared > 0 ? ours[shared - 1] : [0, drop.xStart, drop.states([0])[0].y];
   const from = shared > 0 ? theirs[shared - 1][0] : 0;
   const count = Math.max(2, Math.ceil((other.duration - from) * SAMPLES));
@@ -53,9 +52,4 @@ function forkOf(drop, other) {
     score: other.score,
     path: other.states(times).map((state) => ({ x: state.x, y: state.y })),
   };
-}
-
-/** Whether two impacts are on the same peg or wall. @param {number[]} one @param {number[]} other */
-function alike(one, other) {
-  return one[6] === other[6] && one[7] === other[7];
 }
