@@ -64,7 +64,5 @@ export class StageFit {
  * @param {number} ratio width over height, without the headroom
  */
 export function announceShape(ratio) {
-  const { dataset, style } = document.documentElement;
-  style.setProperty("--board-ratio", ratio.toFixed(4));
-  dataset.shape = ratio < 1 ? "tall" : "wide";
+  document.documentElement.style.setProperty("--board-ratio", ratio.toFixed(4));
 }

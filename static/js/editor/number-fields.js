@@ -51,8 +51,7 @@ export class NumberFields {
     const id = `at-${path.replace(/[^a-z0-9]+/gi, "-")}`;
     const note = make("span", { class: "note", "data-tone": "bad", id: `${id}-note` });
     const input = make("input", {
-      id, inputmode: text ? "text" : "decimal", autocomplete: "off", spellcheck: "false", "data-path": path,
-      "aria-describedby": note.id,
+      id, inputmode: text ? "text" : "decimal", autocomplete: "off", spellcheck: "false", "aria-describedby": note.id,
     });
     input.addEventListener("change", () => this.#take(path, input.value));
     input.addEventListener("keydown", (event) => {

@@ -48,10 +48,8 @@ export class Theme {
   /** @type {Look} */
   #look;
 
-  /** @param {Pick<Storage, "getItem" | "setItem">} storage */
-  constructor(storage = local) {
-    this.storage = storage;
-    this.#scheme = schemeOf(storage.getItem(KEY));
+  constructor() {
+    this.#scheme = schemeOf(local.getItem(KEY));
     this.#look = this.#apply();
     this.#system.addEventListener("change", () => this.#change());
     window.addEventListener("storage", ({ key, newValue }) => {
@@ -68,7 +66,7 @@ export class Theme {
   /** @param {Scheme} scheme for all pages of this browser */
   choose(scheme) {
     this.#scheme = scheme;
-    this.storage.setItem(KEY, scheme);
+    local.setItem(KEY, scheme);
     document.cookie = `scheme=${scheme}; max-age=${KEPT_S}; samesite=lax`;
     this.#change();
   }

@@ -12,7 +12,7 @@ const MOST_LANDINGS = 8;
 /**
  * @typedef {{visitor?: number} & Tag} Owner of a ball; name and colour are those of the drop's tag, if it has
  *   one, and otherwise the visitor's
- * @typedef {{mine: boolean, owner: Owner | null, ball: Pick<Ball, "seed" | "x" | "explicit" | "aim">,
+ * @typedef {{mine: boolean, owner: Owner | null, drop: {seed: string, x: number | null, aim?: number},
  *   score: number, bin: number | null, paid: number | null}} Landing owner: at the time of the landing; null if unknown;
  *   paid: minor units, null without a stake
  */
@@ -83,7 +83,7 @@ export class Visitors {
     const { seed, x, explicit, aim, staked } = ball;
     const mine = ball.mine || (ball.visitor !== undefined && ball.visitor === this.you); // of another tab
     const paid = staked === undefined ? null : payoutOf(staked, score);
-    const landing = { mine, owner: this.ownerOf(ball), ball: { seed, x, explicit, aim }, score, bin, paid };
+    const landing = { mine, owner: this.ownerOf(ball), drop: { seed, x: explicit ? x : null, aim }, score, bin, paid };
     this.landings = [landing, ...this.landings].slice(0, MOST_LANDINGS);
     this.onChange();
     return landing;

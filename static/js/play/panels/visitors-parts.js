@@ -65,9 +65,8 @@ export function showBest(game, theme) {
     }
   };
   game.on("table", read);
-  game.on("landed", ({ owner, bin, score, paid, ball: { seed, x, explicit, aim } }) => {
-    const href = replayLink({ board: game.room.own.address, seed, x: explicit ? x : null, aim });
-    take({ owner, bin, score, paid: paid ?? 0, href });
+  game.on("landed", ({ owner, bin, score, paid, drop }) => {
+    take({ owner, bin, score, paid: paid ?? 0, href: replayLink({ board: game.room.own.address, ...drop }) });
   });
   theme.onChange(show);
 }

@@ -71,12 +71,11 @@ function cellsOf({ mine, owner, score, bin, paid }, { room: { hello } }, theme) 
 /** @param {Landing} landing @param {Game} game @param {Theme} theme */
 function rowOf(landing, game, theme) {
   const { room: { hello, own } } = game;
-  const { mine, owner, ball, score, bin } = landing;
+  const { mine, owner, drop, score, bin } = landing;
   const row = make("li", {}, ...cellsOf(landing, game, theme));
   // A ball that others knocked cannot be replayed from its seed.
   if (hello?.mode === "interacting") return row;
-  const { seed, x, explicit, aim } = ball;
-  const href = replayLink({ board: own.address, seed, x: explicit ? x : null, aim });
+  const href = replayLink({ board: own.address, ...drop });
   const who = mine ? t("visitors.you") : called(owner);
   const name = t("visitors.replay", { who, pays: prizeOf(hello?.board ?? null, bin, score) });
   row.append(make("a", { class: "again", href, "aria-label": name }, t("play.replay")));

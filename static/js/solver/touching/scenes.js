@@ -4,6 +4,7 @@
 import { ParameterError } from "../errors.js";
 import { splitmix64 } from "../seed.js";
 
+/** @import { Board } from "../../model/board.js" */
 /** @import { BallValues } from "./ball-table.js" */
 /** @import { SINCE_2 } from "./values.js" */
 
@@ -14,12 +15,7 @@ const DEPTH = 1.2; // of the Galton board's bins, m
 
 /**
  * Pegs, walls and bins, and their materials; m.
- * @typedef {object} Place
- * @property {{x: number, y: number, radius: number}[]} pegs
- * @property {{x1: number, y1: number, x2: number, y2: number}[]} walls
- * @property {{restitution: number, friction: number}} peg_material
- * @property {{restitution: number, friction: number}} wall_material
- * @property {{y: number, edges: number[], multipliers: number[]} | null} bins
+ * @typedef {Pick<Board, "pegs" | "walls" | "peg_material" | "wall_material"> & {bins: Board["bins"] | null}} Place
  */
 
 /**
