@@ -13,7 +13,7 @@ from typing import Final
 
 from plinko.app.errors import BannedError, DamagedRoomError, HaltedError, LedgerError
 from plinko.app.persistence.ledger.writer import Ledger
-from plinko.app.persistence.statements import order_store
+from plinko.app.persistence.statements import store
 from plinko.app.rooms.records import EVERY_ROOM, Order
 
 HALT: Final = "halt"
@@ -91,7 +91,7 @@ class Orders:
     async def load(self) -> None:
         """Read the orders at the server's start; raises LedgerError if they are unreadable."""
         try:
-            self._apply(await self._ledger.read(order_store.orders))
+            self._apply(await self._ledger.read(store.orders))
         except DamagedRoomError as error:
             _log.error("the log of the operator's orders is damaged, none is in force: %s", error)
 
@@ -99,7 +99,7 @@ class Orders:
         """Take over the orders given at other servers; raises LedgerError."""
         async with self._turn:
             after, before = max(0, self._last - _OVERLAP), dict(self._in_force)
-            self._apply(await self._ledger.read(order_store.orders, after=after))
+            self._apply(await self._ledger.read(store.orders, after=after))
             if self._in_force != before:
                 self._tell_all()
 

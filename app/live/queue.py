@@ -16,7 +16,7 @@ import msgspec
 from plinko.app.errors import HaltedError, LedgerError, LimitError, ResetError, UndecidedError
 from plinko.app.live.broadcast.audience import Player
 from plinko.app.persistence.ledger.writer import Ledger
-from plinko.app.persistence.statements import queue_store
+from plinko.app.persistence.statements import store
 from plinko.app.protocol import messages
 from plinko.app.protocol.visitors import Tag
 from plinko.app.rooms.keys import KeyUse, ball_key
@@ -106,7 +106,7 @@ class RoomQueue:
             return
         async with self._turn:
             if not self._loaded:
-                self.state = await self._ledger.read(queue_store.queue, room=self._run)
+                self.state = await self._ledger.read(store.queue, room=self._run)
                 self._loaded = True
         self._go_on()
 

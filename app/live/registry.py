@@ -28,7 +28,7 @@ from plinko.app.live.stored_rooms import SEARCH_SECONDS, StoredRooms
 from plinko.app.live.ticking.runner import Runner, Running
 from plinko.app.live.ticking.ticker import Watcher
 from plinko.app.persistence.service import PersistenceService
-from plinko.app.persistence.statements import queue_store, store
+from plinko.app.persistence.statements import store
 from plinko.app.protocol import messages
 from plinko.app.rooms import kinds
 from plinko.app.rooms.boards import Boards
@@ -172,7 +172,7 @@ class Rooms:
         """
         read = self.persistence.ledger.read
         try:
-            waiting = [*await read(store.awake_rooms), *await read(queue_store.waiting)]
+            waiting = [*await read(store.awake_rooms), *await read(store.rooms_with_queues)]
         except LedgerError as error:
             _log.warning("cannot list the rooms that go on; each does when it is used: %s", error)
             return

@@ -168,13 +168,13 @@ def check(rooms: tuple[str, ...], replay: bool, as_json: bool, **flags: object) 
 @_which
 def actions(as_json: bool, **flags: object) -> None:
     """Print the log of what the operator has done, the first action first."""
-    from plinko.app.persistence.statements import order_store
+    from plinko.app.persistence.statements import store
 
     with (
         _opened(Settings.load(overrides=flags), check=False) as database,
         database.transaction() as connection,
     ):
-        orders = order_store.orders(connection)
+        orders = store.orders(connection)
     if as_json:
         print_json({"actions": [dataclasses.asdict(order) for order in orders]})
         return

@@ -2,6 +2,6 @@
 
 `tables` declares them for SQLAlchemy Core; `store` reads; `writing` applies writes in order;
 `retention` deletes what is old. The other modules each have the statements of one part: fair
-sessions, the operator's orders, leases, queues, webhooks, writers, a player's history (`plays`) and
-sums (`totals`). Imports nothing from the rest of the package. Start with tables.py, then store.py.
+sessions, leases, webhooks, writers, a player's history (`plays`) and sums (`totals`). Imports
+nothing from the rest of the package. Start with tables.py, then store.py.
 """

@@ -1,22 +1,26 @@
-"""The statements that read rooms, inputs and results."""
+"""The statements that read rooms, inputs and results, queues, shows and orders."""
 
 from collections.abc import Sequence
 from typing import Any, Final
 
+import msgspec
 from sqlalchemy import ColumnElement, Connection, func, select
 
 from plinko.app.errors import DamagedRoomError, PrunedError
 from plinko.app.fairness.statements import Receipt
 from plinko.app.persistence.statements import tables
 from plinko.app.protocol.messages import SignedReceipt
+from plinko.app.rooms.queue import EMPTY, Queue
 from plinko.app.rooms.records import (
     LOG_LEAVES,
     DropRow,
     InputRow,
     ListedRoom,
     OpenDrop,
+    Order,
     ResultRow,
     RoomRow,
+    ShowRow,
     StoredBasis,
     TakenRow,
 )
@@ -265,6 +269,42 @@ def stored_inputs(
     if name == tables.drops.name:
         return [*drops(connection, room, first, limit)]
     return [(row, None) for row in inputs(connection, room, first, limit)]
+
+
+# Queues, shows and orders.
+
+
+def queue(connection: Connection, room: int) -> Queue:
+    """The queue of run number `room`."""
+    text = connection.scalar(select(tables.queues.c.data).where(tables.queues.c.room == room))
+    return EMPTY if text is None else msgspec.json.decode(text, type=Queue)
+
+
+def rooms_with_queues(connection: Connection) -> list[str]:
+    """The ids of open rooms with a queue that is neither empty nor paused."""
+    chosen = (
+        select(tables.rooms.c.id, tables.queues.c.data)
+        .join(tables.rooms)
+        .where(tables.rooms.c.closed.is_(None))
+    )
+    rows = connection.execute(chosen)
+    found = ((room, msgspec.json.decode(data, type=Queue)) for room, data in rows)
+    return [room for room, each in found if each.items and not each.paused]
+
+
+def show(connection: Connection, room: str) -> ShowRow | None:
+    found = connection.execute(select(tables.shows).where(tables.shows.c.room == room)).mappings()
+    return next((ShowRow(**row) for row in found), None)
+
+
+def orders(connection: Connection, after: int = 0) -> list[Order]:
+    """The operator's orders with a number above `after`, the first one first."""
+    row = tables.operator_actions.c
+    chosen = select(tables.operator_actions).where(row.number > after).order_by(row.number)
+    return [Order(**found) for found in connection.execute(chosen).mappings()]
+
+
+# Rows.
 
 
 def drop_of(room: int, ball: int, tick: int, seed: object, *rest: Any) -> DropRow:

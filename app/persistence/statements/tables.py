@@ -389,6 +389,19 @@ revision = Table(
 )
 
 
+def replacing(
+    connection: Connection, table: Table, *, sums: bool = False
+) -> postgresql.Insert | sqlite.Insert:
+    """An insert that replaces the rows with the same keys; with `sums` it adds to their values."""
+    new, keys = adding(connection, table), [column.name for column in table.primary_key]
+    values = {
+        column.name: column + new.excluded[column.name] if sums else new.excluded[column.name]
+        for column in table.c
+        if column.name not in keys
+    }
+    return new.on_conflict_do_update(index_elements=keys, set_=values)
+
+
 def adding(connection: Connection, table: Table) -> postgresql.Insert | sqlite.Insert:
     """An insert of the connection's dialect, with its `on_conflict_…` methods."""
     if connection.dialect.name == "postgresql":

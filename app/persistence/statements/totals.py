@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any, Final
 
-import sqlalchemy as sa
 from sqlalchemy import Connection, select, tuple_
 
 from plinko.app.persistence.statements import tables
@@ -55,7 +54,8 @@ def count(connection: Connection, results: Sequence[tuple[int, int]]) -> None:
             total.paid += row.payout
     if found:
         ordered = [_values(found[key]) for key in sorted(found)]
-        connection.execute(_adding(connection), ordered)
+        adding = tables.replacing(connection, tables.totals, sums=True)
+        connection.execute(adding, ordered)
 
 
 def read(connection: Connection) -> list[Total]:
@@ -79,10 +79,3 @@ def _staked(connection: Connection, results: Sequence[tuple[int, int]]) -> Itera
 
 def _values(total: Total) -> dict[str, object]:
     return dict(zip(tables.totals.c.keys(), astuple(total), strict=True))
-
-
-def _adding(connection: Connection) -> sa.Insert:
-    new = tables.adding(connection, tables.totals)
-    here, sums = tables.totals.c, ("plays", "staked", "squares", "paid")
-    grown = {name: here[name] + new.excluded[name] for name in sums}
-    return new.on_conflict_do_update(index_elements=["board", "stake", "aimed"], set_=grown)

@@ -128,9 +128,5 @@ def received(connection: Connection, rows: Sequence[Received]) -> None:
     """Move cursors."""
     if not rows:
         return
-    new = tables.adding(connection, tables.webhook_cursors)
-    moved = {name: new.excluded[name] for name in ("next", "flying")}
     values = [asdict(row) | {"flying": msgspec.json.encode(row.flying).decode()} for row in rows]
-    connection.execute(
-        new.on_conflict_do_update(index_elements=["target", "run"], set_=moved), values
-    )
+    connection.execute(tables.replacing(connection, tables.webhook_cursors), values)

@@ -19,10 +19,7 @@ from sqlalchemy import Connection, Row, bindparam, delete, insert, update
 from plinko.app.persistence.statements import (
     facts,
     fair_store,
-    order_store,
-    queue_store,
     retention,
-    show_store,
     tables,
     totals,
     webhook_store,
@@ -112,13 +109,8 @@ def _add_results(connection: Connection, rows: list[ResultRow]) -> Ended:
 def _tally(connection: Connection, ended: Ended) -> None:
     """Count new results by run and bin."""
     counts = Counter((row.room, -1 if row.bin is None else row.bin) for row in ended)
-    new = tables.adding(connection, tables.tallies)
-    grown = new.on_conflict_do_update(
-        index_elements=["room", "bin"],
-        set_={"results": tables.tallies.c.results + new.excluded.results},
-    )
     rows = [{"room": run, "bin": bin_, "results": n} for (run, bin_), n in sorted(counts.items())]
-    connection.execute(grown, rows)
+    connection.execute(tables.replacing(connection, tables.tallies, sums=True), rows)
 
 
 def _mark(connection: Connection, rows: list[Mark]) -> None:
@@ -159,6 +151,23 @@ def _close(connection: Connection, rows: list[Close]) -> None:
         )
 
 
+def _put_queues(connection: Connection, rows: list[QueueRow]) -> None:
+    replacing = tables.replacing(connection, tables.queues)
+    connection.execute(replacing, [asdict(row) for row in rows])
+
+
+def _put_shows(connection: Connection, rows: list[ShowRow]) -> None:
+    replacing = tables.replacing(connection, tables.shows)
+    connection.execute(replacing, [asdict(row) for row in rows])
+
+
+def _add_orders(connection: Connection, rows: list[Order]) -> None:
+    values = [asdict(row) for row in rows]
+    for each in values:
+        del each["number"]
+    connection.execute(insert(tables.operator_actions), values)
+
+
 _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     RoomRow: _add_rooms,
     NewDrop: facts.add_drops,
@@ -170,9 +179,9 @@ _APPLY: dict[type, Callable[[Connection, Any], Ended | None]] = {
     FairSessionRow: fair_store.add_sessions,
     FairOpening: fair_store.open_sessions,
     FairEnd: facts.end_sessions,
-    QueueRow: queue_store.put,
-    ShowRow: show_store.put,
-    Order: order_store.add,
+    QueueRow: _put_queues,
+    ShowRow: _put_shows,
+    Order: _add_orders,
     Received: webhook_store.received,
     Prune: retention.prune,
     Erase: retention.erase,

@@ -78,7 +78,9 @@ class Server:
         return lease
 
     async def take(self, room: str, after: int | None = None) -> Lease:
-        return await self.leases.take(room, after, self.lost.append)
+        lease = await self.leases.take(room, after, self.lost.append)
+        assert lease is not None
+        return lease
 
     async def all_rows(self) -> dict[str, list[Any]]:
         """All rows of the ledger, except leases and the writers' counters."""

@@ -20,7 +20,7 @@ import sqlalchemy as sa
 from plinko.app.fairness.check import check_session, kernel_digest_of
 from plinko.app.fairness.export import read_export
 from plinko.app.persistence.ledger.database import Database, address
-from plinko.app.persistence.statements import fair_store, order_store, store
+from plinko.app.persistence.statements import fair_store, store
 from plinko.app.rooms.log import verify_log
 from plinko.app.settings import page_kernels
 from plinko.engine import Board, drop
@@ -149,12 +149,12 @@ def test_on_postgresql_each_row_is_the_same_after_the_upgrade(
         reads: list[Callable[[sa.Connection], object]] = [
             functools.partial(store.drops, room=run, first=0) for run in store.run_numbers(one)
         ]
-        reads += [functools.partial(fair_store.exported, session_id=session), order_store.orders]
+        reads += [functools.partial(fair_store.exported, session_id=session), store.orders]
         for read in reads:
             assert read(other) == read(one)
         facts = store.drops(other, 1, 0)
         assert (facts[0][0].who, facts[0][0].seed) == ("ann", 2**64 - 1)
-        assert [order.subject for order in order_store.orders(other)] == ["a"]
+        assert [order.subject for order in store.orders(other)] == ["a"]
         assert fair_store.exported(other, session) is not None
 
 

@@ -7,7 +7,7 @@ from fastapi import Request, Response
 from msgspec import Meta
 
 from plinko.app.errors import TooLargeError
-from plinko.app.persistence.statements import show_store
+from plinko.app.persistence.statements import store
 from plinko.app.protocol.messages import ShowChanged
 from plinko.app.rooms.records import ShowRow
 from plinko.app.web.routes.common import Server, body_of, documented, json_body, read, reply
@@ -97,7 +97,7 @@ async def get_show(room: str, server: Server) -> Response:
     """Timer, goals, jackpot and looks, as the room's owner has sent them last."""
     live = await server.rooms.seek(room)
     persistence = server.rooms.persistence
-    row = await persistence.ledger.read(show_store.show, room=live.id)
+    row = await persistence.ledger.read(store.show, room=live.id)
     if row is None:
         return reply(ShowView(live.id, 0.0, Show()))
     age = max(0.0, persistence.now() - row.updated)
