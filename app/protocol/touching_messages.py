@@ -8,7 +8,9 @@ import msgspec
 from plinko.engine.json_text import Json, JsonObject
 
 
-class _Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class _Message(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """The answer to a message, an event or an error, repeats its `ref`."""
 
     ref: Json = None

@@ -5,7 +5,7 @@ This is the only place where that happens: every value of an input is a number w
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 import numpy as np
@@ -22,6 +22,8 @@ from plinko.engine import Board
 from plinko.engine.drops.start import start_of
 from plinko.engine.errors import shorten
 
+Changing = TypeVar("Changing", bound=wire.Change)
+
 MOST_OVERLAPS: Final = 32
 """Balls that an added ball may overlap."""
 
@@ -37,7 +39,7 @@ class Spot:
 
 def spot_of(asked: inputs.TouchingInput, ground: Board | Scene) -> Spot | None:
     """Where an input will add a ball; None if it adds none."""
-    if isinstance(asked, inputs.Add):
+    if isinstance(asked, wire.AddMessage):
         return Spot(asked.x, asked.y, asked.radius)
     if isinstance(asked, inputs.Drop) and isinstance(ground, Board):
         return Spot(asked.start(ground), ground.drop.y, ground.ball.radius)
@@ -87,7 +89,7 @@ class InputCheck:
     coming: tuple[Spot, ...]
     made_of: Mapping[str, float]
 
-    def change(self, message: wire.Change) -> inputs.TouchingInput:
+    def change(self, message: wire.Change) -> wire.Change:
         """The input for a client's message.
 
         Raises InvalidValueError, MissingBallError, and BallLimitError when the room is full.
@@ -95,30 +97,22 @@ class InputCheck:
         ball = getattr(message, "ball", None)
         if ball is not None and not self.world.has(ball):
             raise no_such_ball(ball)
-        found: inputs.TouchingInput
+        found: wire.Change
         match message:
             case wire.AddMessage():
                 found = self._add(message)
             case wire.KickMessage():
-                found = inputs.Kick(ball=message.ball, **_numbers(message, values.MOTION))
+                found = _with(message, _numbers(message, values.MOTION))
             case wire.DragMessage():
                 found = self._drag(message)
-            case wire.ReleaseMessage():
-                found = inputs.Release(ball=message.ball)
-            case wire.RemoveMessage():
-                found = inputs.Remove(ball=message.ball)
-            case wire.ClearMessage():
-                found = inputs.Clear()
             case wire.EditMessage():
                 found = self._edit(message)
             case wire.SettingsMessage():
                 found = self._configure(message)
-            case wire.PauseMessage():
-                found = inputs.Pause(paused=message.paused)
-            case wire.StepMessage():
-                found = inputs.Step()
             case wire.ResetMessage():
                 found = self._reset(message)
+            case _:
+                found = _with(message, {})
         return found
 
     def drop(self, command: DropCommand) -> inputs.Drop:
@@ -152,14 +146,14 @@ class InputCheck:
         values.check_work(count + 1, settings.dt, settings.substeps, self.tick_rate)
         check_room(spot, self.world.bodies, self.coming)
 
-    def _add(self, asked: wire.AddMessage) -> inputs.Add:
+    def _add(self, asked: wire.AddMessage) -> wire.AddMessage:
         found = _numbers(asked, values.BALL, values.MOTION)
         self._check_given(found, "x", "y")
         usual = self.ground.radius if isinstance(self.ground, Scene) else self.ground.ball.radius
         radius = found.setdefault("radius", usual)
         self._check_within(found["x"], found["y"], radius)
         self._check_place(Spot(found["x"], found["y"], radius))
-        return inputs.Add(**{**self.made_of, **found})
+        return _with(asked, {**self.made_of, **found})
 
     def _check_given(self, found: dict[str, float], *names: str) -> None:
         for name in names:
@@ -179,16 +173,16 @@ class InputCheck:
                 f"y {y!r} is not from {top:g} to {box.y_max - margin:g} m", field="y"
             )
 
-    def _drag(self, asked: wire.DragMessage) -> inputs.Drag:
+    def _drag(self, asked: wire.DragMessage) -> wire.DragMessage:
         found = _numbers(asked, values.MOTION)
         self._check_given(found, "x", "y")
         # A pointer may leave the box; the hand stays inside.
         box = self.world.extent
         x = min(max(found["x"], box.x_min), box.x_max)
         y = min(max(found["y"], box.y_min - 2.0), box.y_max)
-        return inputs.Drag(ball=asked.ball, x=x, y=y)
+        return _with(asked, {"x": x, "y": y})
 
-    def _edit(self, asked: wire.EditMessage) -> inputs.Edit:
+    def _edit(self, asked: wire.EditMessage) -> wire.EditMessage:
         found = _numbers(asked, values.BALL)
         if not found:
             known = ", ".join(values.BALL)
@@ -196,27 +190,32 @@ class InputCheck:
                 f"the edit of ball {asked.ball} sets none of: {known}; give at least one",
                 field="type",
             )
-        return inputs.Edit(ball=asked.ball, **found)
+        return _with(asked, found)
 
-    def _configure(self, asked: wire.SettingsMessage) -> inputs.Configure:
+    def _configure(self, asked: wire.SettingsMessage) -> wire.SettingsMessage:
         ranges = {name: values.BALL[name] for name in BALL_NAMES}
         found = _numbers(asked, values.SETTINGS, ranges)
         now = self.world.arena.settings
         dt, substeps = found.get("dt", now.dt), found.get("substeps", now.substeps)
         values.check_work(self.world.count, dt, substeps, self.tick_rate)
-        return inputs.Configure(**found)
+        return _with(asked, found)
 
-    def _reset(self, asked: wire.ResetMessage) -> inputs.Reset:
+    def _reset(self, asked: wire.ResetMessage) -> wire.ResetMessage:
         wanted = asked.scene
         if wanted is None:
-            return inputs.Reset()
+            return wire.ResetMessage()
         if not isinstance(self.ground, Scene):
             raise InvalidValueError(
                 f"scene {shorten(wanted)}: this room has a board, which a scene cannot replace",
                 field="scene",
             )
         scene = Scene.of(wanted, tick_rate=self.tick_rate, max_balls=self.max_balls)
-        return inputs.Reset(scene=scene.to_dict())
+        return wire.ResetMessage(scene=scene.to_dict())
+
+
+def _with(message: Changing, numbers: dict[str, Any]) -> Changing:
+    """The message as an input, with these numbers."""
+    return msgspec.structs.replace(message, ref=None, **numbers)
 
 
 def _numbers(asked: wire.Change, *tables: Mapping[str, values.Range]) -> dict[str, Any]:

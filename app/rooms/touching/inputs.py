@@ -1,22 +1,22 @@
 """The validated inputs of a room of touching balls, as the ledger and the log write them.
 
-touching_messages.py says what each of them does. The fields are in the order of the ledger's JSON.
-UNSET stands for a field that the client did not give. Units are those of
-`plinko.app.rooms.touching.values`.
+A change is the client's message (touching_messages.py) without its `ref`, and with numbers that
+`checks` has validated. Units are those of `plinko.app.rooms.touching.values`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import msgspec
 
 from plinko.app.errors import InvalidValueError
+from plinko.app.protocol import touching_messages as wire
 from plinko.app.rooms.input_format import InputFormat, check_known
 from plinko.app.rooms.keys import IdempotencyKey
 from plinko.app.rooms.pending import PendingInput
 from plinko.app.rooms.records import InputRow, NewInput, ResultRow
 from plinko.app.rooms.stakes import parse_who
+from plinko.app.rooms.touching import values
 from plinko.app.rooms.touching.scene import as_kept
 from plinko.engine import Board
 from plinko.engine.drops.start import start_of
@@ -24,21 +24,13 @@ from plinko.engine.errors import RecordError
 from plinko.engine.json_text import JsonObject
 from plinko.engine.seeding import parse_seed
 
-_Number = float | msgspec.UnsetType
 
-
-class _Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The base of all inputs; the msgspec tag is the JSON field `type`."""
-
-    restarts: ClassVar[bool] = False  # whether every client needs a new hello
-
-
-class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
+class Drop(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="drop"):
     """Drop a ball; `x` and `aim` in m, as in `DropCommand`."""
 
     seed: str
     x: float | None
-    aim: _Number = msgspec.UNSET
+    aim: float | msgspec.UnsetType = msgspec.UNSET
 
     def start(self, board: Board) -> float:
         """The x at which its ball starts, in m."""
@@ -46,93 +38,16 @@ class Drop(_Input, frozen=True, kw_only=True, tag="drop"):
         return start_of(board, parse_seed(self.seed), self.x, aim)
 
 
-class Add(_Input, frozen=True, kw_only=True, tag="add"):
-    density: float
-    restitution: float
-    friction: float
-    x: float
-    y: float
-    vx: _Number = msgspec.UNSET
-    vy: _Number = msgspec.UNSET
-    omega: _Number = msgspec.UNSET
-    radius: float
+TouchingInput = Drop | wire.Change
 
 
-class Kick(_Input, frozen=True, kw_only=True, tag="kick"):
-    ball: int
-    vx: _Number = msgspec.UNSET
-    vy: _Number = msgspec.UNSET
-    omega: _Number = msgspec.UNSET
-
-
-class Drag(_Input, frozen=True, kw_only=True, tag="drag"):
-    ball: int
-    x: float
-    y: float
-
-
-class Release(_Input, frozen=True, kw_only=True, tag="release"):
-    ball: int
-
-
-class Remove(_Input, frozen=True, kw_only=True, tag="remove"):
-    ball: int
-
-
-class Clear(_Input, frozen=True, kw_only=True, tag="clear"):
-    """Remove all balls."""
-
-
-class Edit(_Input, frozen=True, kw_only=True, tag="edit"):
-    ball: int
-    radius: _Number = msgspec.UNSET
-    density: _Number = msgspec.UNSET
-    restitution: _Number = msgspec.UNSET
-    friction: _Number = msgspec.UNSET
-
-
-class Configure(_Input, frozen=True, kw_only=True, tag="settings"):
-    gravity: _Number = msgspec.UNSET
-    gravity_x: _Number = msgspec.UNSET
-    drag: _Number = msgspec.UNSET
-    damping: _Number = msgspec.UNSET
-    rolling: _Number = msgspec.UNSET
-    max_speed: _Number = msgspec.UNSET
-    correction: _Number = msgspec.UNSET
-    dt: _Number = msgspec.UNSET
-    substeps: int | msgspec.UnsetType = msgspec.UNSET
-    projection: int | msgspec.UnsetType = msgspec.UNSET
-    cell: _Number = msgspec.UNSET
-    density: _Number = msgspec.UNSET
-    restitution: _Number = msgspec.UNSET
-    friction: _Number = msgspec.UNSET
-
-
-class Pause(_Input, frozen=True, kw_only=True, tag="pause"):
-    paused: bool
-
-
-class Step(_Input, frozen=True, kw_only=True, tag="step"):
-    """Run one tick while the clock is stopped."""
-
-
-class Reset(_Input, frozen=True, kw_only=True, tag="reset"):
-    restarts: ClassVar[bool] = True
-    scene: dict[str, object] | msgspec.UnsetType = msgspec.UNSET
-
-
-TouchingInput = (
-    Drop | Add | Kick | Drag | Release | Remove | Clear | Edit | Configure | Pause | Step | Reset
-)
-
-
-def given(values: msgspec.Struct, *but: str) -> dict[str, float]:
-    """The fields of an input that are set, except those named in `but`."""
-    fields = msgspec.structs.asdict(values)
+def given(asked: TouchingInput, *but: str) -> dict[str, float]:
+    """The fields of an input that are set, except `ref` and those named in `but`."""
+    fields = msgspec.structs.asdict(asked)
     return {
         name: value
         for name, value in fields.items()
-        if value is not msgspec.UNSET and name not in but
+        if value is not None and name not in ("ref", *but)
     }
 
 
@@ -184,6 +99,12 @@ class ChangeFormat(InputFormat[InputRow]):
             found: TouchingInput = msgspec.convert(entry["input"], TouchingInput)
         except msgspec.ValidationError as error:
             raise RecordError(str(error), field="input") from error
-        if isinstance(found, Reset) and isinstance(found.scene, dict):
-            return Reset(scene=as_kept(found.scene))
-        return found
+        if isinstance(found, Drop):
+            return found
+        if found.ref is not None:
+            raise RecordError("an input has no `ref`", field="input.ref")
+        if isinstance(found, wire.ResetMessage):
+            return found if found.scene is None else wire.ResetMessage(scene=as_kept(found.scene))
+        numbers = given(found, "ball", "paused")
+        checked = {name: values.number_of(value, name) for name, value in numbers.items()}
+        return msgspec.structs.replace(found, **checked)

@@ -18,10 +18,10 @@ import numpy.typing as npt
 
 from plinko.app.errors import InvalidValueError
 from plinko.app.protocol import messages
-from plinko.app.protocol.touching_messages import Change
+from plinko.app.protocol import touching_messages as wire
 from plinko.app.rooms.pending import DropCommand, Entered, PendingInput
 from plinko.app.rooms.room import QUIET, Basis, Ground, Room
-from plinko.app.rooms.touching import inputs, values
+from plinko.app.rooms.touching import values
 from plinko.app.rooms.touching.checks import BALL_NAMES, InputCheck, no_such_ball, spot_of
 from plinko.app.rooms.touching.inputs import ChangeFormat, TouchingCommand
 from plinko.app.rooms.touching.scene import Scene
@@ -141,7 +141,7 @@ class TouchingRoom(Room):
         checked = TouchingCommand(self._check().drop(command), command.who)
         return self._plan(checked, lead)
 
-    def plan_change(self, change: Change, lead: int = 0) -> PendingInput[TouchingCommand]:
+    def plan_change(self, change: wire.Change, lead: int = 0) -> PendingInput[TouchingCommand]:
         """Plan a change as `plan_drop` plans a drop.
 
         Raises InvalidValueError for an invalid change, MissingBallError, and BallLimitError when
@@ -211,19 +211,19 @@ class TouchingRoom(Room):
             return Entered(pending, [], failed=no_such_ball(ball))
         events = self.table.carry_out(asked)
         match asked:
-            case inputs.Configure():
+            case wire.SettingsMessage():
                 events.append(self._settings_event())
-            case inputs.Pause():
+            case wire.PauseMessage():
                 self.paused, self._steps = asked.paused, 0
                 events.append(self._settings_event())
-            case inputs.Step():
+            case wire.StepMessage():
                 self._steps += self.paused
-            case inputs.Reset(scene=scene):
+            case wire.ResetMessage(scene=scene):
                 ground = Scene(scene) if isinstance(scene, dict) else self.ground
                 self._begin_on(ground, self.world.tick)
         self.drops += sum(isinstance(event, messages.Accepted) for event in events)
         self.seq += len(events)
-        return Entered(pending, events, asked.restarts)
+        return Entered(pending, events, isinstance(asked, wire.ResetMessage))
 
     def _settings_event(self) -> messages.RoomSettings:
         return messages.RoomSettings(

@@ -140,15 +140,15 @@ class Scene:
         return arena
 
 
-def as_kept(values: JsonObject) -> dict[str, object]:
+def as_kept(values: JsonObject | str) -> dict[str, object]:
     """The parameters in a log, with the types that `Scene.of` gave them.
 
     JavaScript writes 6.0 as 6, which would give another digest. Raises RecordError if a parameter
     is missing or unknown.
     """
-    name = values.get("scene")
+    name = values if isinstance(values, str) else values.get("scene")
     defaults = DEFAULTS.get(name) if isinstance(name, str) else None
-    if defaults is None:
+    if defaults is None or isinstance(values, str):
         raise RecordError(
             f"scene {shorten(name)} is not one of: {', '.join(DEFAULTS)}", field="scene"
         )

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from plinko.app.protocol import messages
+from plinko.app.protocol import touching_messages as wire
 from plinko.app.rooms.touching import inputs, values
 from plinko.app.rooms.touching.checks import BALL_NAMES
 from plinko.app.rooms.touching.inputs import given
@@ -43,31 +44,31 @@ class Table:
         match asked:
             case inputs.Drop():
                 events.append(self._drop(asked))
-            case inputs.Add():
+            case wire.AddMessage():
                 made_of = given(asked, "vx", "vy", "omega")
                 events.append(messages.Placed(tick=tick, ball=arena.add(**given(asked)), **made_of))
-            case inputs.Kick():
+            case wire.KickMessage():
                 motion = {"vx": 0.0, "vy": 0.0, "omega": 0.0} | given(asked, "ball")
                 arena.kick(asked.ball, motion["vx"], motion["vy"], motion["omega"])
-            case inputs.Drag():
+            case wire.DragMessage():
                 world.hold(asked.ball, asked.x, asked.y)
-            case inputs.Release():
+            case wire.ReleaseMessage():
                 world.release(asked.ball)
-            case inputs.Remove():
+            case wire.RemoveMessage():
                 world.release(asked.ball)
                 arena.remove(asked.ball)
                 self.falls.pop(asked.ball, None)
                 events.append(messages.Removed(tick=tick, balls=[asked.ball]))
-            case inputs.Clear():
+            case wire.ClearMessage():
                 events.append(messages.Removed(tick=tick, balls=world.bodies["id"].tolist()))
                 arena.clear()
                 world.holds.clear()
                 self.falls.clear()
-            case inputs.Edit():
+            case wire.EditMessage():
                 changes = given(asked, "ball")
                 arena.edit(asked.ball, **changes)
                 events.append(messages.Edited(tick=tick, ball=asked.ball, **changes))
-            case inputs.Configure():
+            case wire.SettingsMessage():
                 events += self._configure(asked)
         return events
 
@@ -75,7 +76,7 @@ class Table:
         """The arena's settings and the default material of a ball."""
         return values.of_arena(self.world.arena.settings) | self.made_of
 
-    def _configure(self, asked: inputs.Configure) -> list[messages.Event]:
+    def _configure(self, asked: wire.SettingsMessage) -> list[messages.Event]:
         of_balls, of_room = given(asked, *values.SETTINGS), given(asked, *BALL_NAMES)
         events: list[messages.Event] = []
         if of_balls:

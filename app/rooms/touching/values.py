@@ -149,6 +149,12 @@ def table(**usual: float) -> dict[str, dict[str, dict[str, object]]]:
     }
 
 
+def number_of(value: object, field: str) -> float:
+    """A field's value in a log, as `checked` has made it; raises InvalidValueError."""
+    number = _number(value, field)
+    return int(number) if field in SETTINGS and SETTINGS[field].whole else number
+
+
 def _number(value: object, field: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InvalidValueError(f"{field} {shorten(value)} is not a number", field=field)

@@ -144,6 +144,8 @@ def test_a_verdict_names_what_was_changed(kind: str, path: Path, value: Any, fie
         ("drops", ("drops", 1, "seed"), "-3", "drops[1]", "-3"),
         ("drops", ("drops",), 7, "drops", "drops"),
         ("scene", ("inputs", 0, "input"), {"type": "fly"}, "inputs[0].input", "fly"),
+        ("board", ("inputs", 2, "input", "vx"), "1", "inputs[2].input", "not a number"),
+        ("board", ("inputs", 2, "input", "ref"), 1, "inputs[2].input", "no `ref`"),
         ("scene", ("inputs", 0, "tick"), 999_999, "tick", "inputs[0].tick 999999 is after"),
     ],
 )
