@@ -103,14 +103,6 @@ class Orders:
             if self._in_force != before:
                 self._tell_all()
 
-    async def halt(self, room_id: str) -> None:
-        """Halt a room. Raises LedgerError; the room then goes on."""
-        await self.give(HALT, room_id)
-
-    async def release(self, room_id: str) -> None:
-        """End the halt of a room. Raises LedgerError; the room then stays halted."""
-        await self.give(RELEASE, room_id)
-
     async def give(
         self, action: str, subject: str = "", text: str | None = None, until: float | None = None
     ) -> None:

@@ -18,7 +18,7 @@ from plinko.app.errors import (
     response_for,
 )
 from plinko.app.live.broadcast.hub import Client, Hub, Mailbox
-from plinko.app.live.broadcast.transport import connection_of, sever
+from plinko.app.live.broadcast.transport import close, connection_of
 from plinko.app.protocol import client_messages, messages
 from plinko.app.protocol.wire import WireMessage
 from plinko.app.relay import proxy
@@ -73,7 +73,12 @@ class Spectators:
         except WebSocketDisconnect:
             return
         except AppError as error:
-            await _close(socket, error, LINGER)
+            if not isinstance(error, SlowClientError):
+                event = messages.Error(code=response_for(error).code, detail=public_text(error))
+                with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+                    async with asyncio.timeout(1.0):
+                        await socket.send_text(messages.encode_event(event).decode())
+            await close(socket, error, LINGER)
 
     async def _talk(self, socket: WebSocket, url: str, first: str | None) -> None:
         self.lines += 1
@@ -202,16 +207,3 @@ def _ping_of(said: str) -> client_messages.PingMessage | None:
         asked = client_messages.decode_message(said)
         return asked if isinstance(asked, client_messages.PingMessage) else None
     return None
-
-
-async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
-    """Send the error, and close. A client too slow to read it is cut off after `linger` s."""
-    if isinstance(error, SlowClientError):
-        sever(socket.scope, linger)
-    event = messages.Error(code=response_for(error).code, detail=public_text(error))
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
-        async with asyncio.timeout(1.0):
-            if not isinstance(error, SlowClientError):
-                await socket.send_text(messages.encode_event(event).decode())
-            reason = public_text(error).encode()[:120].decode(errors="ignore")
-            await socket.close(response_for(error).close, reason)

@@ -1,7 +1,7 @@
 """Sends a room's clients the full state, then events, snapshots and diagnostics."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from typing import Final, cast
 
@@ -156,11 +156,12 @@ class Audience:
             if event != known:
                 self.notify(event)
 
-    def notify(self, event: messages.Event) -> None:
-        """Send all clients an event that is not part of the room's numbered events."""
-        text = messages.encode_event(event)
+    def notify(self, event: messages.Event, only: Container[int] | None = None) -> None:
+        """Send clients, perhaps `only` these, an event that is not one of the numbered events."""
+        message = WireMessage.of_text(messages.encode_event(event))
         for client in self._hub.clients(self.room.id):
-            self._hub.notify(self.room.id, client.id, text)
+            if only is None or client.id in only:
+                client.post(message)
 
     # Events and snapshots.
 
@@ -242,7 +243,7 @@ class Audience:
             self._diagnosed.discard(client)
             return
         self._diagnosed.add(client)
-        self._hub.notify(self.room.id, client, messages.encode_event(self.room.diagnostics()))
+        self.notify(self.room.diagnostics(), {client})
 
     def diagnose(self, before: int) -> None:
         """Send the diagnostics, a few times a second and when the room falls asleep.
@@ -254,9 +255,7 @@ class Audience:
             return
         if room.world.tick // every == before // every and room.awake:
             return
-        event = messages.encode_event(room.diagnostics())
-        for client in self._diagnosed:
-            self._hub.notify(room.id, client, event)
+        self.notify(room.diagnostics(), self._diagnosed)
 
 
 class Recent:

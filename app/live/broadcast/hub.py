@@ -233,12 +233,6 @@ class Hub:
         for client in self._rooms.get(room_id, {}).get(stream, {}).values():
             client.post(message)
 
-    def notify(self, room_id: str, client_id: int, event: bytes) -> None:
-        """Send an event to one client, if it is still in the room."""
-        for clients in self._rooms.get(room_id, {}).values():
-            if client_id in clients:
-                clients[client_id].post(WireMessage.of_text(event))
-
     def publish(
         self, room_id: str, stream: str, events: bytes | None, snapshot: bytes | None
     ) -> None:

@@ -7,16 +7,20 @@ app/web/edge does. They change between releases, so pyproject.toml pins the rele
 """
 
 import asyncio
+import contextlib
 from typing import Any, Final
 
 from starlette.types import Scope
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from plinko.app.errors import AppError, SlowClientError, public_text, response_for
 from plinko.app.live.broadcast.hub import Connection
 from plinko.app.protocol.wire import WireMessage
 
 EXTENSION = "plinko.connection"
+
+_CLOSE_SECONDS = 1.0  # s to wait for room in the send buffer, for the close frame
 
 _GONE = 1006  # RFC 6455: the connection ended without a close frame
 
@@ -94,9 +98,15 @@ def connection_of(socket: WebSocket) -> Connection:
     return _direct(socket.scope)
 
 
-def sever(scope: Scope, linger: float) -> None:
-    """`DirectConnection.sever` of the connection with this scope."""
-    _direct(scope).sever(linger)
+async def close(socket: WebSocket, error: AppError, linger: float) -> None:
+    """Close with the reason. A client that does not read has `linger` seconds to receive it."""
+    if isinstance(error, SlowClientError):
+        _direct(socket.scope).sever(linger)
+    # RFC 6455 leaves 123 bytes for the reason.
+    reason = public_text(error).encode()[:120].decode(errors="ignore")
+    with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
+        async with asyncio.timeout(_CLOSE_SECONDS):
+            await socket.close(response_for(error).close, reason)
 
 
 def _direct(scope: Scope) -> DirectConnection:

@@ -10,6 +10,7 @@ import pytest
 
 from plinko.app.cli import main
 from plinko.app.errors import HaltedError, LedgerError
+from plinko.app.live.orders import HALT, RELEASE
 from plinko.app.live.registry import Rooms
 from plinko.app.rooms.keys import KeyUse
 from plinko.app.rooms.records import EVERY_ROOM, Write
@@ -54,26 +55,26 @@ def rooms(ledger: Refusing) -> Rooms:
 async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -> None:
     live = rooms.find("main")
     accepted = await ask(live, 7)
-    await rooms.orders.halt("main")
+    await rooms.orders.give(HALT, "main")
     with pytest.raises(HaltedError, match="the operator of this server has halted room 'main'"):
         await ask(live, 8)
     await ask(rooms.find("triangle-8"), 8)
     while run_pass(rooms.runner):
         pass
     assert (live.room.drops, sum(live.room.histogram), accepted.ball) == (1, 1, 0)
-    await rooms.orders.release("main")
+    await rooms.orders.give(RELEASE, "main")
     await ask(live, 8)
 
 
 async def test_all_tables_halt_at_once_and_a_single_halt_stays(
     rooms: Rooms,
 ) -> None:
-    await rooms.orders.halt("triangle-8")
-    await rooms.orders.halt(EVERY_ROOM)
+    await rooms.orders.give(HALT, "triangle-8")
+    await rooms.orders.give(HALT, EVERY_ROOM)
     for name in ("main", "triangle-8", "interacting-triangle-8"):
         with pytest.raises(HaltedError):
             await ask(rooms.find(name), 1)
-    await rooms.orders.release(EVERY_ROOM)
+    await rooms.orders.give(RELEASE, EVERY_ROOM)
     await ask(rooms.find("main"), 1)
     with pytest.raises(HaltedError):
         await ask(rooms.find("triangle-8"), 1)
@@ -82,23 +83,27 @@ async def test_all_tables_halt_at_once_and_a_single_halt_stays(
 async def test_a_halt_that_the_ledger_refuses_has_no_effect(rooms: Rooms, ledger: Refusing) -> None:
     ledger.refuses = True
     with pytest.raises(LedgerError):
-        await rooms.orders.halt("main")
+        await rooms.orders.give(HALT, "main")
     assert not rooms.orders.holds("main")
     ledger.refuses = False
-    await rooms.orders.halt("main")
+    await rooms.orders.give(HALT, "main")
     ledger.refuses = True
     with pytest.raises(LedgerError):
-        await rooms.orders.release("main")
+        await rooms.orders.give(RELEASE, "main")
     assert rooms.orders.holds("main")
 
 
 async def test_a_cancelled_halt_leaves_no_half_halted_table(rooms: Rooms) -> None:
-    asked = asyncio.create_task(rooms.orders.halt("main"))
+    asked = asyncio.create_task(rooms.orders.give(HALT, "main"))
     await asyncio.sleep(0)
     asked.cancel()
     await turns()
     assert rooms.orders.holds("main")
-    both = (rooms.orders.release("main"), rooms.orders.halt("main"), rooms.orders.release("main"))
+    both = (
+        rooms.orders.give(RELEASE, "main"),
+        rooms.orders.give(HALT, "main"),
+        rooms.orders.give(RELEASE, "main"),
+    )
     await asyncio.gather(*both)
     assert not rooms.orders.holds("main")
 

@@ -23,6 +23,7 @@ from plinko.app.fairness.export import read_export
 from plinko.app.fairness.signing import Signer
 from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.hub import Client, Mailbox
+from plinko.app.live.orders import HALT, RELEASE
 from plinko.app.live.sessions.fair_sessions import FairSessions
 from plinko.app.live.stored_rooms import UNUSED_SECONDS
 from plinko.app.persistence.checks.audit import Audit
@@ -377,11 +378,11 @@ async def test_a_take_over_that_is_overtaken_is_no_damage(
 async def test_a_halt_at_one_server_is_one_at_all(address: str) -> None:
     async with two(address) as (a, b):
         room = await b.rooms.seek("main")
-        await a.rooms.orders.halt(EVERY_ROOM)
+        await a.rooms.orders.give(HALT, EVERY_ROOM)
         await b.rooms.orders.follow()
         with pytest.raises(HaltedError):
             await ask(room, 3)
-        await b.rooms.orders.release(EVERY_ROOM)
+        await b.rooms.orders.give(RELEASE, EVERY_ROOM)
         await a.rooms.orders.follow()
         assert a.rooms.orders.since == {}
         await b.drop(room, 3)

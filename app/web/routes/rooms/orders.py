@@ -9,7 +9,7 @@ from fastapi.security import HTTPBearer
 from msgspec import Meta
 
 from plinko.app.errors import TokenError
-from plinko.app.live.orders import ANNOUNCE, BAN, UNBAN
+from plinko.app.live.orders import ANNOUNCE, BAN, HALT, RELEASE, UNBAN
 from plinko.app.rooms.records import EVERY_ROOM
 from plinko.app.web.edge.addresses import one_client
 from plinko.app.web.routes.common import Server, body_of, documented, read, reply
@@ -127,8 +127,7 @@ async def change_halts(request: Request, server: Server) -> Response:
     check_operator(request, server, "halting a room")
     body = await read(request, HaltRequest)
     room_id = EVERY_ROOM if body.room is None else (await server.rooms.seek(body.room)).id
-    orders = server.rooms.orders
-    await (orders.halt(room_id) if body.halted else orders.release(room_id))
+    await server.rooms.orders.give(HALT if body.halted else RELEASE, room_id)
     return reply(_view(server), headers={"cache-control": "no-store"})
 
 

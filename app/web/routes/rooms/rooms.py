@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import msgspec
 from fastapi import Query, Request, Response
 from fastapi.responses import StreamingResponse
+from msgspec import UNSET
 from starlette.types import Send
 
 from plinko.app.computing import prices
@@ -323,19 +324,9 @@ async def drop_into_room(
     accepted, landed = outcome.accepted, outcome.landed if wait else None
     if wait and landed is None:
         landed = await found.landings.wait(accepted.ball, WAIT_SECONDS)
-    drop = RoomDrop(
-        found.id,
-        accepted.ball,
-        accepted.seed,
-        accepted.x,
-        accepted.tick,
-        landed,
-        practice=accepted.practice is True,
-        receipt=accepted.receipt or None,
-        name=accepted.name or None,
-        colour=accepted.colour or None,
-    )
-    return reply(drop, 202 if landed is None else 200)
+    fields = msgspec.structs.asdict(accepted) | {"room": found.id, "landed": landed}
+    given = {name: fields[name] for name in RoomDrop.__struct_fields__ if fields[name] is not UNSET}
+    return reply(RoomDrop(**given), 202 if landed is None else 200)
 
 
 async def _basis(request: Request, server: Services, body: RoomRequest) -> tuple[Basis, str]:

@@ -25,14 +25,13 @@ from plinko.app.errors import (
     MissingBallError,
     ResetError,
     SessionStateError,
-    SlowClientError,
     UndecidedError,
     public_text,
     response_for,
 )
 from plinko.app.live.broadcast.audience import Player
 from plinko.app.live.broadcast.hub import Client, Mailbox
-from plinko.app.live.broadcast.transport import connection_of, sever
+from plinko.app.live.broadcast.transport import close, connection_of
 from plinko.app.live.live_room import LiveRoom
 from plinko.app.protocol import asyncapi, client_messages, messages
 from plinko.app.protocol.touching_messages import ClaimMessage, WatchMessage
@@ -82,8 +81,6 @@ T = TypeVar("T")
 
 _log = logging.getLogger("plinko")
 
-_CLOSE_SECONDS = 1.0  # s to wait for room in the send buffer, for the close frame
-
 
 @router.websocket("/ws/rooms/{room_id}")
 async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
@@ -108,18 +105,7 @@ async def watch(socket: WebSocket, room_id: str, server: Server) -> None:
     if error is not None:
         server.metrics.errors.labels(response_for(error).code).inc()
         _log.info("client closed", extra={"room": shorten(room_id), "why": str(error)})
-        await _close(socket, error, LINGER)
-
-
-async def _close(socket: WebSocket, error: AppError, linger: float) -> None:
-    """Close with the reason. A client that does not read has `linger` seconds to receive it."""
-    if isinstance(error, SlowClientError):
-        sever(socket.scope, linger)
-    # RFC 6455 leaves 123 bytes for the reason.
-    reason = public_text(error).encode()[:120].decode(errors="ignore")
-    with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
-        async with asyncio.timeout(_CLOSE_SECONDS):
-            await socket.close(response_for(error).close, reason)
+        await close(socket, error, LINGER)
 
 
 def _event(error: BaseException, ref: object = None) -> messages.Error:

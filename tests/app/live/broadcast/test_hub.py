@@ -185,7 +185,6 @@ async def test_the_sender_can_receive_another_message_than_the_rest(direct: bool
     for each in clients:
         hub.join("r", each)
     hub.announce("r", "snapshots", b"all but 1", 1, b"only 1")
-    hub.notify("r", 99, b"nobody")
     hub.announce("r", "paths", b"nobody")
     hub.announce("elsewhere", "snapshots", b"nobody")
     await turns()
