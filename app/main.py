@@ -99,7 +99,6 @@ def _services(settings: Settings) -> Services:
     limits = kinds.BallLimits(settings.max_balls, kinds.MAX_TOUCHING)
     persistence = PersistenceService(
         ledger,
-        tick_rate=TICK_RATE,
         limits=limits,
     )
     registry = Rooms(
@@ -108,7 +107,7 @@ def _services(settings: Settings) -> Services:
         hub,
         _main_board(settings.board),
         persistence,
-        watchers=(metrics, computing.cameras),
+        ticked=(metrics.ticked, computing.cameras.ticked),
         filmed=computing.cameras.films,
         claim=shares.alive.claim if shares else any_room,
     )

@@ -26,7 +26,7 @@ from plinko.app.live.orders import Orders
 from plinko.app.live.public_tables import MAIN, PublicTables
 from plinko.app.live.stored_rooms import SEARCH_SECONDS, StoredRooms
 from plinko.app.live.ticking.runner import Runner, Running
-from plinko.app.live.ticking.ticker import Watcher
+from plinko.app.live.ticking.ticker import Ticked
 from plinko.app.persistence.service import PersistenceService
 from plinko.app.persistence.statements import store
 from plinko.app.protocol import messages
@@ -72,7 +72,7 @@ class Rooms:
         clock: Callable[[], float] = time.monotonic,
         draw: Callable[[], int] = lambda: secrets.randbits(64),
         new_id: Callable[[], str] = lambda: secrets.token_hex(8),
-        watchers: Sequence[Watcher] = (),
+        ticked: Sequence[Ticked] = (),
         filmed: Callable[[str], bool] = lambda _: False,
         claim: Claim = any_room,
     ) -> None:
@@ -82,7 +82,7 @@ class Rooms:
         self.persistence = persistence
         now = self.persistence.now
         self.orders = Orders(self.persistence.ledger, self._tell_orders, now)
-        self.runner = Runner(settings, clock=clock, now=now, watchers=watchers, failed=self._close)
+        self.runner = Runner(settings, clock=clock, now=now, ticked=ticked, failed=self._close)
         self.ticker = self.runner.ticker
         audiences = AudienceContext.of(hub, settings, clock, self.orders, Presence(clock))
         self._open = OpenRooms(

@@ -66,16 +66,10 @@ class Metrics:
         encode, media_type = choose_encoder(accept)
         return encode(self.registry), media_type
 
-    def woke(self) -> None:
-        """The ticker continues after a sleep: nothing to do."""
-
     def ticked(self, late: float, duration: float) -> None:
         """Record a tick that began `late` s after its due time and took `duration` s."""
         self.tick_lateness.observe(late)
         self.tick_duration.observe(duration)
-
-    def slept(self) -> None:
-        """The ticker sleeps, because nothing moves: nothing to do."""
 
 
 class _Reader(Collector):

@@ -19,6 +19,7 @@ from plinko.app.rooms.pending import Pending
 from plinko.app.rooms.records import BoardRow, Close, DrawRow, Mark, ResultRow, RoomRow, Write
 from plinko.app.rooms.room import Ground, Room
 from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.settings import TICK_RATE
 from plinko.engine import PHYSICS_VERSION
 
 
@@ -39,12 +40,11 @@ class RoomRun:
 class RoomRuns:
     """All records, by room; for the event loop's thread. `now` returns Unix time in seconds."""
 
-    def __init__(self, ledger: Ledger, tick_rate: int, now: Callable[[], float]) -> None:
+    def __init__(self, ledger: Ledger, now: Callable[[], float]) -> None:
         self.ledger = ledger
         self.now = now
         self.leases = Leases(ledger)
         self.next_number = 1
-        self._tick_rate = tick_rate
         self._records: dict[str, RoomRun] = {}
         self._results: list[Write] = []
         self.results_since = math.inf  # when the first of them came, Unix time in s
@@ -80,7 +80,7 @@ class RoomRuns:
             await self.ledger.read(lambda connection: clock.set(lease_store.unix_time(connection)))
 
     def clock(self, opened: float, least: int = 0) -> RunClock:
-        return RunClock(self._now, self._tick_rate, opened, least)
+        return RunClock(self._now, TICK_RATE, opened, least)
 
     def begin(self, room_id: str, record: RoomRun) -> None:
         """Make this run the room's current one."""

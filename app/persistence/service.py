@@ -16,6 +16,7 @@ from plinko.app.rooms.pending import Pending
 from plinko.app.rooms.records import Close, ListedRoom, NewDrop, ResultRow, Void, Write
 from plinko.app.rooms.room import Room
 from plinko.app.rooms.touching.room import TouchingRoom
+from plinko.app.settings import TICK_RATE
 
 _CHECKPOINT: Final = 10.0  # s of ticks between two checkpoints: limits the replay after a crash
 _RESULTS_WAIT: Final = 0.25  # s
@@ -32,22 +33,20 @@ class PersistenceService:
         self,
         ledger: Ledger,
         *,
-        tick_rate: int,
         limits: BallLimits,
         now: Callable[[], float] | None = None,
     ) -> None:
         self.ledger = ledger
-        self.runs = RoomRuns(ledger, tick_rate, now or SteadyClock())
+        self.runs = RoomRuns(ledger, now or SteadyClock())
         self.leases = self.runs.leases
-        self.recovery = Recovery(self.runs, tick_rate=tick_rate, limits=limits)
+        self.recovery = Recovery(self.runs, limits)
         self.limits = limits
-        self._tick_rate = tick_rate
 
     @property
     def lead(self) -> int:
         """Ticks from a request to its start: time enough for the ledger to commit it."""
-        longest = math.ceil(_LONGEST_LEAD * self._tick_rate)
-        return min(max(1, math.ceil(self.ledger.lag * self._tick_rate)), longest)
+        longest = math.ceil(_LONGEST_LEAD * TICK_RATE)
+        return min(max(1, math.ceil(self.ledger.lag * TICK_RATE)), longest)
 
     def now(self) -> float:
         """Unix time in seconds."""
@@ -193,7 +192,7 @@ class PersistenceService:
     def ticked(self, room: TouchingRoom) -> None:
         """Write a checkpoint of an awake room of touching balls, if one is due."""
         record = self.runs.of(room)
-        due = record.checkpoint_tick + _CHECKPOINT * self._tick_rate
+        due = record.checkpoint_tick + _CHECKPOINT * TICK_RATE
         if record.known and self.ledger.up and room.world.tick >= due:
             self.runs.report([self.runs.mark(room, record, awake=True)])
 

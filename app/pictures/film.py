@@ -290,15 +290,9 @@ class Cameras:
             task.cancel()
             self.frames += camera.frames
 
-    def woke(self) -> None:
-        """The ticker continues after a sleep: nothing to do."""
-
     def ticked(self, late: float, duration: float) -> None:
         for camera, _ in self._cameras.values():
             camera.ticked()
-
-    def slept(self) -> None:
-        """The ticker sleeps, because nothing moves: nothing to do."""
 
     def close(self) -> None:
         """End all cameras and their streams; no camera can be opened afterwards."""

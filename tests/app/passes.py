@@ -55,7 +55,6 @@ def rooms_by_hand(
     clock, chosen = clock or HandClock(), settings or Settings()
     kept = PersistenceService(
         ledger or NullLedger(),
-        tick_rate=TICK_RATE,
         limits=BallLimits(chosen.max_balls, MAX_TOUCHING),
         now=clock.unix,
     )

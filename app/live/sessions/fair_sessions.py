@@ -147,32 +147,21 @@ class FairSessions:
             draw_digest=None if room.draw is None else room.draw.digest,
         )
         statement = began.to_dict()
-        session = FairSession(
-            id=began.session,
-            room=room.id,
-            board_digest=board.digest,
-            server_seed=secret,
-            statement=statement,
-            signature=self.signer.sign(statement).hex(),
-            key=self.signer.public.hex(),
-            signer=self.signer,
-            used=now,
-        )
         row = FairSessionRow(
-            id=session.id,
+            id=began.session,
             room=room.id,
             board=board.digest,
             server_seed=secret.hex(),
             statement=canonical(statement).decode(),
-            signature=session.signature,
+            signature=self.signer.sign(statement).hex(),
             opened=now,
         )
         runs = self._persistence.runs
-        use.run, use.fact = runs.of(room).number, session.id
+        use.run, use.fact = runs.of(room).number, row.id
         await self._ledger.commit(runs.board_row(board), row, use=use)
         if use.earlier is not None:
             return await self.find(use.earlier.fact)
-        return self._remember(session)
+        return self._remember(self._restored(row, 0, now))
 
     async def open(self, session: FairSession, client_seed: object) -> None:
         """Take the player's secret; from now on the session takes drops.

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple, Protocol
 from plinko.app.errors import BusyError
 from plinko.app.live.public_tables import MAIN
 from plinko.app.live.ticking.step_threads import StepThreads
-from plinko.app.live.ticking.ticker import Schedule, Ticker, Watcher
+from plinko.app.live.ticking.ticker import Schedule, Ticked, Ticker
 from plinko.app.rooms.room import Room
 from plinko.app.settings import TICK_RATE, Settings
 
@@ -85,7 +85,7 @@ class Runner:
         *,
         clock: Callable[[], float],
         now: Callable[[], float],
-        watchers: Sequence[Watcher],
+        ticked: Sequence[Ticked],
         failed: Callable[[Running, Exception], None],
     ) -> None:
         self.counts = Counts()
@@ -95,7 +95,7 @@ class Runner:
         schedule = Schedule(period, CATCH_UP)
         # Ticks are due when the clocks of tables tick.
         phase = lambda: now() % period  # noqa: E731
-        self.ticker = Ticker(schedule, self.tick, clock=clock, watchers=watchers, phase=phase)
+        self.ticker = Ticker(schedule, self.tick, clock=clock, ticked=ticked, phase=phase)
         self._awake: OrderedDict[str, Running] = (
             OrderedDict()
         )  # the room whose last turn is longest ago first

@@ -3,7 +3,6 @@
 import asyncio
 import time
 from collections.abc import Awaitable, Callable, Iterable, Sequence
-from typing import Protocol
 
 
 class Schedule:
@@ -48,20 +47,10 @@ class Schedule:
         return min(behind, self.max_catch_up)
 
 
-class Watcher(Protocol):
-    """Observes the ticker, for metrics and for work that fits between ticks."""
+Ticked = Callable[[float, float], None]
+"""Called after ticks: how late they began, and how long they took with the sending, in s.
 
-    def woke(self) -> None:
-        """The ticker has started: a room is awake."""
-
-    def ticked(self, late: float, duration: float) -> None:
-        """Ticks have run, `late` s after they were due, in `duration` s including the sending.
-
-        There is time now until the next tick.
-        """
-
-    def slept(self) -> None:
-        """The ticker has stopped: no room is awake."""
+There is time then until the next tick."""
 
 
 class Ticker:
@@ -79,7 +68,7 @@ class Ticker:
         *,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
-        watchers: Sequence[Watcher] = (),
+        ticked: Sequence[Ticked] = (),
         phase: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.schedule = schedule
@@ -90,7 +79,7 @@ class Ticker:
         self._clock = clock
         self._sleep = sleep
         self._phase = phase
-        self._watchers = watchers
+        self._ticked = ticked
         self._wake = asyncio.Event()
 
     def wake(self) -> None:
@@ -104,16 +93,12 @@ class Ticker:
             self._wake.clear()
             self.wakeups += 1
             self.asleep = False
-            for watcher in self._watchers:
-                watcher.woke()
             try:
                 self.schedule.start(self._clock(), self._phase())
                 while await self._next_tick():
                     pass
             finally:
                 self.asleep = True
-                for watcher in self._watchers:
-                    watcher.slept()
 
     async def _next_tick(self) -> bool:
         await self._sleep(self.schedule.delay(self._clock()))
@@ -130,6 +115,6 @@ class Ticker:
             # turn: without this one, the next sleep would be measured from before the broadcast.
             await self._sleep(0.0)
         duration = self._clock() - began
-        for watcher in self._watchers:
-            watcher.ticked(late, duration)
+        for ticked in self._ticked:
+            ticked(late, duration)
         return goes_on

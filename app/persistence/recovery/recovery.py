@@ -34,6 +34,7 @@ from plinko.app.rooms.records import (
     Write,
 )
 from plinko.app.rooms.room import Ground, Room
+from plinko.app.settings import TICK_RATE
 from plinko.engine import PHYSICS_VERSION, Board
 from plinko.engine.drops.flight import fly
 
@@ -50,11 +51,10 @@ class Recovery:
     set_aside: the fault of each room that is set aside, by id.
     """
 
-    def __init__(self, runs: RoomRuns, *, tick_rate: int, limits: BallLimits) -> None:
+    def __init__(self, runs: RoomRuns, limits: BallLimits) -> None:
         self.set_aside: dict[str, str] = {}
         self._runs = runs
         self._ledger = runs.ledger
-        self._tick_rate = tick_rate
         self._limits = limits
 
     async def prepare(self) -> None:
@@ -225,8 +225,8 @@ class Recovery:
         """Why a run cannot continue in this server; None if it can."""
         if row.physics_version != PHYSICS_VERSION:
             return f"its physics version is {row.physics_version}, the server's {PHYSICS_VERSION}"
-        if row.tick_rate != self._tick_rate:
-            return f"its tick rate is {row.tick_rate} Hz, the server's {self._tick_rate} Hz"
+        if row.tick_rate != TICK_RATE:
+            return f"its tick rate is {row.tick_rate} Hz, the server's {TICK_RATE} Hz"
         if row.rules != RULES and format_of(row.mode).has_results:
             return "an earlier release began it, whose clock stood still while no ball moved"
         if not row.owned and ground_now is not None and row.board != ground_now.digest:
@@ -247,7 +247,7 @@ class Recovery:
             return None
         _log.warning("room begins a new run: %s", why, extra={"room": row.id})
         basis = await asyncio.to_thread(basis_of, row, kept)
-        room = make_room(row.id, basis, row.mode, tick_rate=self._tick_rate, limits=self._limits)
+        room = make_room(row.id, basis, row.mode, tick_rate=TICK_RATE, limits=self._limits)
         record = await self._runs.new_run(row.id, owned=True, known=True)
         record.creator = row.creator
         self._runs.begin(row.id, record)

@@ -188,8 +188,7 @@ def end_sessions(connection: Connection, rows: Sequence[FairEnd]) -> None:
             row.end, row.end_signature = found.end, found.end_signature or ""
             continue
         row.end, row.end_signature = row.sign(_drops_of(connection, row.session))
-        values = {"end": row.end, "end_signature": row.end_signature}
-        connection.execute(sa.update(session).where(session.c.id == row.session).values(values))
+        fair_store.end(connection, row.session, row.end, row.end_signature)
 
 
 def add_inputs(connection: Connection, requests: Sequence[NewInput]) -> None:

@@ -95,9 +95,7 @@ async def test_a_room_used_in_the_last_minute_stays_in_memory(
     """Its creator's first drop may be under way when others fill the memory."""
     monkeypatch.setattr("plinko.app.live.open_rooms._IN_MEMORY", 2)
     now = 1e9
-    service = PersistenceService(
-        NullLedger(), tick_rate=60, limits=BallLimits(8, 8), now=lambda: now
-    )
+    service = PersistenceService(NullLedger(), limits=BallLimits(8, 8), now=lambda: now)
     held = Rooms(Settings(), Boards(8), Hub(8), BOARD, service)
     unused, used, *others = [(await held.create(BOARD)).id for _ in range(5)]
     assert all(map(held.find, (unused, used, *others)))

@@ -27,5 +27,5 @@ async def test_a_busy_server_s_clock_is_not_late() -> None:
     database, ledger = Database(), NullLedger()
     ledger.read = database.read  # type: ignore[method-assign]
     clock = SteadyClock(lambda: database.seconds, lambda: 0.0)
-    await RoomRuns(ledger, 60, clock).follow_database()
+    await RoomRuns(ledger, clock).follow_database()
     assert clock() == 1e9 + 3.0

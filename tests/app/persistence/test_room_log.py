@@ -62,7 +62,7 @@ class Disk:
 
 def opened(drops: int) -> tuple[RoomLogs, IndependentRoom, Disk]:
     disk = Disk()
-    runs = RoomRuns(disk, 60, time.time)  # type: ignore[arg-type]
+    runs = RoomRuns(disk, time.time)  # type: ignore[arg-type]
     runs.begin("r", runs.made(1))
     logs = RoomLogs(runs, clock=lambda: disk.time, sleep=disk.sleep)
     room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=10)

@@ -26,7 +26,7 @@ from plinko.app.protocol import messages
 from plinko.app.rooms.boards import Boards
 from plinko.app.rooms.kinds import MAX_TOUCHING, BallLimits
 from plinko.app.rooms.records import RoomRow
-from plinko.app.settings import TICK_RATE, Settings
+from plinko.app.settings import Settings
 from plinko.engine import Board
 from tests.app.asking import ask
 from tests.app.passes import run_pass
@@ -126,7 +126,7 @@ async def living(
     limits = BallLimits(chosen.max_balls, MAX_TOUCHING)
     database = Database(url, shared=bool(holder))
     ledger = Ledger(database, period=0.0, patience=60.0, leases=LeaseBook(holder))
-    service = PersistenceService(ledger, tick_rate=TICK_RATE, limits=limits, now=CLOCK.unix)
+    service = PersistenceService(ledger, limits=limits, now=CLOCK.unix)
     rooms = Rooms(chosen, Boards(8), Hub(8), board, service, clock=CLOCK, claim=claim)
     await asyncio.to_thread(ledger.open)
     ledger.start()

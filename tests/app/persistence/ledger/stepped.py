@@ -161,7 +161,6 @@ class Table:
         self.ledger.attach(self.loop)
         self.persistence = PersistenceService(
             self.ledger,
-            tick_rate=60,
             limits=LIMITS,
             now=lambda: 1e9 + self.loop.now,
         )
