@@ -232,7 +232,7 @@ async def _rooms(server: Services, cluster: "Cluster | None") -> AsyncIterator[N
     await server.rooms.resume()
     async with _running(cluster=cluster.run() if cluster else asyncio.sleep(0)):
         if cluster is not None:
-            await cluster.until_joined()
+            await cluster.alive.until_known()
         try:
             async with (
                 _running(ticker=server.rooms.ticker.run()) as (server.ticking,),

@@ -53,7 +53,7 @@ class Cluster:
         self.name = settings.name
         self._host = settings.host
         self._book = book
-        self._alive = alive
+        self.alive = alive
         self._rooms = rooms
         self._peers = Peers()
         self._fail_over = FailOver(alive, book, rooms, ledger)
@@ -61,7 +61,7 @@ class Cluster:
 
     def surround(self, app: ASGIApp) -> ASGIApp:
         """`app` within the layer that forwards requests to the server that has their room."""
-        return Forward(app, self._alive, self._peers, self._rooms.arriving.fetch)
+        return Forward(app, self.alive, self._peers, self._rooms.arriving.fetch)
 
     def listens(self, listener: socket.socket) -> None:
         """Publish this socket's address to the other servers, unless the settings give one."""
@@ -74,40 +74,36 @@ class Cluster:
     async def run(self) -> None:
         """Send heartbeats and take over rooms until cancelled."""
         async with self._peers.http, asyncio.TaskGroup() as tasks:
-            tasks.create_task(self._alive.run())
+            tasks.create_task(self.alive.run())
             tasks.create_task(self._fail_over.run())
-
-    async def until_joined(self) -> None:
-        """Return when the others know of this server, or after five seconds."""
-        await self._alive.until_known()
 
     # For the routes.
 
     @property
     def joined(self) -> bool:
         """Whether the others know of this server."""
-        return self._book.holder in self._alive.view.members
+        return self._book.holder in self.alive.view.members
 
     @property
     def first(self) -> bool:
         """Whether this server does the work that only one server does: the first by holder."""
-        return self._book.holder == min(self._alive.view.members, default=None)
+        return self._book.holder == min(self.alive.view.members, default=None)
 
     def standing(self) -> Standing:
         """The members as this server knows them, and its counts of rooms and requests."""
-        view = self._alive.view
+        view = self.alive.view
         names = sorted(each.name for each in view.members.values())
         counts = (self._fail_over.count, self._migrated, self._peers.forwarded)
         return Standing(self.name, view.up, names, len(self._book.rooms), *counts)
 
     async def ask_all(self, path: str, part: str) -> list[object]:
         """The list `part` in each other server's answer to a GET of `path`."""
-        others = [each for each in self._alive.view.members.values() if each != self._alive.me]
+        others = [each for each in self.alive.view.members.values() if each != self.alive.me]
         return list(await asyncio.gather(*(self._peers.ask(each, path, part) for each in others)))
 
     async def move(self, room_id: str, to: str) -> str:
         """Hand a room of this server over to the server named `to`; raises InvalidValueError."""
-        view = self._alive.view
+        view = self.alive.view
         target = view.named(to)
         if target is None:
             names = ", ".join(sorted(each.name for each in view.takers))
@@ -119,9 +115,9 @@ class Cluster:
 
     async def leave(self) -> None:
         """Hand all rooms over to the others. Each room continues from its current tick."""
-        self._alive.leaving = True
-        await self._alive.until_known()
-        turns, others = asyncio.Semaphore(_AT_ONCE), self._alive.view.others(self._book.holder)
+        self.alive.leaving = True
+        await self.alive.until_known()
+        turns, others = asyncio.Semaphore(_AT_ONCE), self.alive.view.others(self._book.holder)
 
         async def give(room_id: str) -> None:
             async with turns:

@@ -62,11 +62,6 @@ class Workers:
         """Whether another job would be refused."""
         return self.jobs >= self.max_jobs + self.processes
 
-    @property
-    def pids(self) -> list[int]:
-        """Process ids of the workers that compute now."""
-        return [worker.pid for worker in self._working]
-
     def prepare(self) -> None:
         """Begin to load the code of the workers, in the fork server."""
         if not self._closed:

@@ -18,11 +18,7 @@ class Signer:
 
     def sign(self, value: Mapping[str, object]) -> bytes:
         """The signature of the object's canonical JSON, 64 bytes; deterministic."""
-        return self.sign_bytes(canonical(dict(value)))
-
-    def sign_bytes(self, message: bytes) -> bytes:
-        """The signature of any message, 64 bytes."""
-        return self._key.sign(message)
+        return self._key.sign(canonical(dict(value)))
 
 
 def is_signed(value: Mapping[str, object], signature: bytes, public: bytes) -> bool:

@@ -55,7 +55,8 @@ class Arriving:
         self._rooms = rooms
         self._public = public
         self._leaving = leaving
-        self._coming: dict[str, asyncio.Task[LiveRoom | None]] = {}
+        # Rooms for which `begin_work` runs.
+        self.coming: dict[str, asyncio.Task[LiveRoom | None]] = {}
         self._lookups = SingleFlight[
             tuple[bool, int | None]
         ]()  # reads of leases in progress, by room
@@ -74,7 +75,7 @@ class Arriving:
             return
         self._persistence.recovery.check(room_id)
         exists, after = True, None
-        if room_id not in self._coming:
+        if room_id not in self.coming:
             exists, after = await self._lookups.do(room_id, lambda: self._look_up(room_id))
         if exists:
             await self.take(room_id, after)
@@ -117,11 +118,11 @@ class Arriving:
         live = self._rooms.in_memory.get(room_id)
         if live is not None:
             return live
-        if room_id not in self._coming:
+        if room_id not in self.coming:
             self.begin_work(room_id, self._bring(room_id, after))
         try:
             async with asyncio.timeout(_ARRIVAL_SECONDS):
-                return await asyncio.shield(self._coming[room_id])
+                return await asyncio.shield(self.coming[room_id])
         except TimeoutError:
             raise RebuildingError(
                 f"room {room_id!r} is being replayed from the ledger; it is not lost, try again "
@@ -133,17 +134,13 @@ class Arriving:
         self, room_id: str, work: Coroutine[None, None, LiveRoom | None]
     ) -> "asyncio.Task[LiveRoom | None]":
         """Run `work` on a room that is not in memory; clients that want the room wait for it."""
-        task = self._coming[room_id] = asyncio.create_task(work, name=room_id)
+        task = self.coming[room_id] = asyncio.create_task(work, name=room_id)
         task.add_done_callback(self._came)
         return task
 
-    def is_coming(self, room_id: str) -> bool:
-        """Whether `begin_work` runs for a room."""
-        return room_id in self._coming
-
     def _came(self, task: "asyncio.Task[LiveRoom | None]") -> None:
         room_id = task.get_name()
-        del self._coming[room_id]
+        del self.coming[room_id]
         if not task.cancelled() and task.exception() is not None:
             _log.info("cannot bring a room here: %s", task.exception(), extra={"room": room_id})
 

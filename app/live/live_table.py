@@ -65,7 +65,7 @@ class LiveTable(LiveRoom):
         super().__init__(room, context)
 
     def _begin(self, room: Room) -> None:
-        self.clock = self._persistence.clock_of(room)
+        self.clock = self._persistence.runs.of(room).clock
         super()._begin(room)
 
     @property

@@ -52,11 +52,6 @@ class Orders:
         return {room: each.time for (kind, room), each in self._in_force.items() if kind == HALT}
 
     @property
-    def bans(self) -> bool:
-        """Whether anybody has been banned."""
-        return any(kind == BAN for kind, _ in self._in_force)
-
-    @property
     def notice(self) -> str | None:
         """The announcement that players see now."""
         found = self._in_force.get((ANNOUNCE, ""))

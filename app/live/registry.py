@@ -19,7 +19,6 @@ from plinko.app.errors import (
 from plinko.app.live.arriving import Claim, any_room
 from plinko.app.live.broadcast.audience import AudienceContext
 from plinko.app.live.broadcast.hub import Client, Hub
-from plinko.app.live.broadcast.presence import Presence
 from plinko.app.live.live_room import LiveRoom, RoomContext
 from plinko.app.live.open_rooms import OpenRooms
 from plinko.app.live.orders import Orders
@@ -84,7 +83,7 @@ class Rooms:
         self.orders = Orders(self.persistence.ledger, self._tell_orders, now)
         self.runner = Runner(settings, clock=clock, now=now, ticked=ticked, failed=self._close)
         self.ticker = self.runner.ticker
-        audiences = AudienceContext.of(hub, settings, clock, self.orders, Presence(clock))
+        audiences = AudienceContext.of(hub, settings, clock, self.orders)
         self._open = OpenRooms(
             RoomContext(audiences, persistence, self.orders, self.runner, new_id, filmed, draw)
         )

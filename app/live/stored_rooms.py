@@ -125,7 +125,7 @@ class StoredRooms:
         unused = await self._ledger.read(store.unused_rooms, before=before, limit=limit)
         others = [each for each in unused if each.id not in here]
         for room in others[:most]:
-            if self.arriving.is_coming(room.id):
+            if room.id in self.arriving.coming:
                 continue
             closing = self.arriving.begin_work(room.id, self._close(room, before, why))
             # The room is in use at another server, or it is damaged.

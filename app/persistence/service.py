@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from plinko.app.errors import LedgerError
-from plinko.app.persistence.clock import RunClock, SteadyClock
+from plinko.app.persistence.clock import SteadyClock
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.recovery.recovery import Recovery
 from plinko.app.persistence.room_runs import RoomRun, RoomRuns
@@ -51,9 +51,6 @@ class PersistenceService:
     def now(self) -> float:
         """Unix time in seconds."""
         return self.runs.now()
-
-    def clock_of(self, room: Room) -> RunClock:
-        return self.runs.of(room).clock
 
     # The begin and end of runs.
 

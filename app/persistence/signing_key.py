@@ -34,7 +34,8 @@ def secret_file(database: Database, directory: Path | None) -> Path | None:
     """
     if database.in_memory:
         return None
-    return database.secret_file or (directory and directory / "secret")
+    file = database.file
+    return file.with_name(f"{file.name}-secret") if file else directory and directory / "secret"
 
 
 class SigningKey:

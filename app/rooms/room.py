@@ -103,11 +103,6 @@ class Room(ABC):
         return self.world.digest
 
     @property
-    def is_scene(self) -> bool:
-        """Whether it was opened with a scene: then no player waits for a drop to land."""
-        return False
-
-    @property
     def box(self) -> Box | None:
         """The walls of a scene, which has no board."""
         return None

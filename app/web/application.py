@@ -79,9 +79,7 @@ class Application(FastAPI):
         return Front(self._surround(self._table), self._settings, respond, self._check_banned)
 
     def _check_banned(self, address: str) -> None:
-        orders = self.state.services.rooms.orders
-        if orders.bans:
-            orders.check_banned(one_client(address))
+        self.state.services.rooms.orders.check_banned(one_client(address))
 
     def openapi(self) -> dict[str, object]:
         return _document(self, self._table.routes)

@@ -50,8 +50,3 @@ class Services:
     warm: bool = False
     ticking: "asyncio.Task[None] | None" = None
     client_ids: Iterator[int] = field(default_factory=count)
-
-    @property
-    def ticker_runs(self) -> bool:
-        """Whether the ticker's task is alive, asleep or not."""
-        return self.ticking is not None and not self.ticking.done()

@@ -21,7 +21,7 @@ from plinko.engine import Board
 
 KEPT: Final = 256  # events, without contacts: a late bounce interests no client
 
-_DIAGNOSED: Final = 5  # diagnostics a second, for clients that asked for them
+_EVERY: Final = TICK_RATE // 5  # ticks between two diagnostics, for clients that asked for them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,6 @@ class AudienceContext:
     presence: Presence
     clock: Callable[[], float]
     orders: Orders | None
-    every: int  # ticks between two diagnostics
     limits: messages.Limits
 
     @classmethod
@@ -63,9 +62,8 @@ class AudienceContext:
         orders: Orders | None = None,
         presence: Presence | None = None,
     ) -> "AudienceContext":
-        every = max(1, TICK_RATE // _DIAGNOSED)
         limits = messages.Limits(settings.max_balls, settings.drop_rate, messages.MESSAGE_BYTES)
-        return cls(hub, presence or Presence(clock), clock, orders, every, limits)
+        return cls(hub, presence or Presence(clock), clock, orders, limits)
 
 
 class Audience:
@@ -250,10 +248,10 @@ class Audience:
 
         before: the room's tick at the previous call.
         """
-        room, every = self.room, self._context.every
+        room = self.room
         if not self._diagnosed:
             return
-        if room.world.tick // every == before // every and room.awake:
+        if room.world.tick // _EVERY == before // _EVERY and room.awake:
             return
         self.notify(room.diagnostics(), self._diagnosed)
 

@@ -126,11 +126,6 @@ class CommitQueue:
         with self._changed:
             return any(job.read is None for job in (*self._taken, *self._waiting))
 
-    @property
-    def empty(self) -> bool:
-        with self._changed:
-            return not (self._waiting or self._reads or self._taken or self.failure)
-
     def give_up(self, failure: LedgerError) -> list[Job]:
         """Shut the gate and refuse all open jobs, because the thread does not come back.
 

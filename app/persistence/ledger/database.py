@@ -122,11 +122,6 @@ class Database:
         log = None if self.file is None else Path(f"{self.file.resolve()}-wal")
         return log.stat().st_size if log is not None and log.exists() else 0
 
-    @property
-    def secret_file(self) -> Path | None:
-        """The file with the server's secret, next to SQLite's file; None for other databases."""
-        return None if self.file is None else self.file.with_name(f"{self.file.name}-secret")
-
     def open(self, *, check: bool = True, enter: bool = True) -> None:
         """Lock the database, connect, migrate the tables, and begin an epoch; raises SettingError.
 

@@ -140,10 +140,6 @@ class Ledger:
     def up(self) -> bool:
         return self._queue.failure is None
 
-    @property
-    def idle(self) -> bool:
-        return self._queue.empty
-
     def submit(self, *writes: Write, use: KeyUse | None = None) -> "asyncio.Future[None]":
         """Commit `writes` in one transaction; the future ends when they are durable or refused.
 

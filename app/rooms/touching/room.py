@@ -113,6 +113,7 @@ class TouchingRoom(Room):
 
     @property
     def is_scene(self) -> bool:
+        """Whether it was opened with a scene: then no player waits for a drop to land."""
         return isinstance(self.origin, Scene)
 
     @property

@@ -108,7 +108,7 @@ async def readyz(server: Server) -> Response:
     checks = {
         "ledger": await _writable(server),
         "physics": server.warm,
-        "ticker": server.ticker_runs,
+        "ticker": server.ticking is not None and not server.ticking.done(),
         "workers": await server.computing.workers.compute(),
     }
     if server.others is not None:

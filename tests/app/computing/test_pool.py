@@ -78,13 +78,13 @@ async def test_one_worker_does_one_thing_after_the_other() -> None:
 async def test_long_work_leaves_a_worker_for_quick_work() -> None:
     pool = Pool(2, 4)
     long = [await pool.asks() for _ in range(3)]
-    assert len(pool.pids) == 1
+    assert len(pool._working) == 1
     quick = await pool.asks(quick=True)
-    assert len(pool.pids) == 2
+    assert len(pool._working) == 2
     pool.made[1].says("quick")
     assert await quick == "quick"
     await turns()
-    assert len(pool.pids) == 1, "the others still wait for the worker that long work may have"
+    assert len(pool._working) == 1, "the others still wait for the worker that long work may have"
     pool.close()
     await asyncio.wait(long)
 

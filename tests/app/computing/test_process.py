@@ -71,8 +71,8 @@ def pid_once_told(fifo: Path) -> int:
 
 
 async def running(workers: Workers, count: int) -> list[int]:
-    await eventually(lambda: len(workers.pids) == count)
-    return workers.pids
+    await eventually(lambda: len(workers._working) == count)
+    return [worker.pid for worker in workers._working]
 
 
 async def gone(pid: int) -> None:

@@ -212,16 +212,22 @@ class Table:
             assert isinstance(error, LedgerError), error
             self.told[room_id].refused.add(str(seed))
 
+    @property
+    def idle(self) -> bool:
+        """Whether the ledger has no job, and accepts writes."""
+        queue = self.ledger._queue
+        return not (queue._waiting or queue._reads or queue._taken or queue.failure)
+
     def turn(self) -> None:
         """Do one piece of the ledger thread's work; the loop does not yet run its callbacks."""
         self.loop.pass_time(self.ledger.committer.pause())
-        if not self.ledger.idle:  # a timer may have refused all work during the pause
+        if not self.idle:  # a timer may have refused all work during the pause
             self.ledger.committer.turn()
 
     def work(self) -> None:
         """Do all of the ledger thread's work, and run its callbacks on the loop."""
         self.loop.deliver()
-        while not self.ledger.idle:
+        while not self.idle:
             self.turn()
             self.loop.deliver()
 
@@ -247,7 +253,7 @@ class Table:
 
     def until_still(self) -> None:
         """Tick until nothing moves and the ledger has written everything."""
-        while self.tick(1) or not self.ledger.idle:
+        while self.tick(1) or not self.idle:
             self.work()
 
     def log(self, room_id: str) -> dict[str, Any]:

@@ -313,7 +313,7 @@ def _at_random(chance: random.Random, url: str) -> None:
             match chance.randrange(4):
                 case 0:
                     play.ask(*chance.choices(list(play.told), k=3))
-                case 1 if not table.ledger.idle:
+                case 1 if not table.idle:
                     table.turn()
                 case 2:
                     table.loop.deliver()
