@@ -101,10 +101,9 @@ class SigningKey:
         return signer.public.hex(), ended
 
     def _place(self, connection: Connection) -> "_Row | _File":
-        if self._file is None or self._database.shared:
-            return _Row()
-        if common_secrets.is_there(connection, common_secrets.STATEMENTS):
-            return _Row()
+        row = _Row()
+        if self._file is None or self._database.shared or row.read(connection) is not None:
+            return row
         return _File(self._file)
 
     def _check(
@@ -187,8 +186,6 @@ class _Row:
     name = f"the row {common_secrets.STATEMENTS!r} of the table `secrets`"
 
     def read(self, connection: Connection) -> bytes | None:
-        if not common_secrets.is_there(connection, common_secrets.STATEMENTS):
-            return None
         return common_secrets.read(connection, common_secrets.STATEMENTS)
 
     def write(self, connection: Connection, secret: bytes) -> None:

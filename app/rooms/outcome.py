@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import msgspec
 
 from plinko.app.protocol import messages
-from plinko.app.rooms.records import DropRow, OpenDrop, ResultRow
+from plinko.app.rooms.records import DropRow, ResultRow
 from plinko.app.rooms.stakes import payout_of
 from plinko.engine import Board
 from plinko.engine.drops.flight import Flight
@@ -55,11 +55,6 @@ def result_of(fact: DropRow, flight: Flight, dt: float) -> ResultRow:
         unsettled=flight.unsettled,
         payout=payout_of(fact.stake, flight.score),
     )
-
-
-def void_of(drop: DropRow | OpenDrop, tick: int, why: str) -> ResultRow:
-    """The result of a drop that the server cannot compute: its stake is paid back."""
-    return ResultRow(drop.room, drop.ball, tick, None, 1.0, 0.0, 0.0, "", why, drop.stake)
 
 
 def landed_of(board: Board, fact: DropRow, result: ResultRow) -> messages.Landed:

@@ -127,15 +127,6 @@ class DropRow:
 
 
 @dataclass(frozen=True, slots=True)
-class OpenDrop:
-    """A drop that has no result yet, with the fields needed to pay its `stake` back."""
-
-    room: int
-    ball: int
-    stake: int
-
-
-@dataclass(frozen=True, slots=True)
 class InputRow:
     """Input `number` of a room whose balls touch each other, as JSON, carried out at `tick`."""
 

@@ -28,19 +28,19 @@ def common_secret(database: Database, name: str) -> bytes:
     with database.transaction() as connection:
         made = {"name": name, "value": secrets.token_hex(_BYTES)}
         connection.execute(tables.adding(connection, tables.secrets).on_conflict_do_nothing(), made)
-        return read(connection, name)
+        found = read(connection, name)
+    assert found is not None
+    return found
 
 
-def is_there(connection: Connection, name: str) -> bool:
-    chosen = select(tables.secrets.c.name).where(tables.secrets.c.name == name)
-    return connection.execute(chosen).first() is not None
-
-
-def read(connection: Connection, name: str) -> bytes:
-    """The secret `name`, which exists; raises SettingError if it is invalid."""
+def read(connection: Connection, name: str) -> bytes | None:
+    """The secret `name`, if it exists; raises SettingError if it is invalid."""
     chosen = select(tables.secrets.c.value).where(tables.secrets.c.name == name)
+    text: str | None = connection.scalar(chosen)
+    if text is None:
+        return None
     try:
-        secret = bytes.fromhex(connection.execute(chosen).scalar_one())
+        secret = bytes.fromhex(text)
     except ValueError:
         secret = b""
     if len(secret) != _BYTES:

@@ -14,7 +14,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Coroutine, Sequence
-from typing import Any, Concatenate, Final, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 
 from sqlalchemy import Connection
 
@@ -54,19 +54,6 @@ class CommitWaiter:
             self.woken.set_result(None)
 
 
-class Loop(Protocol):
-    """The part of an event loop that the ledger uses."""
-
-    def call_soon_threadsafe(self, callback: Callable[..., object], *args: object) -> object:
-        """Call back on the loop's thread, in the order of these calls."""
-
-    def call_later(self, delay: float, callback: Callable[[], None]) -> object:
-        """Call back after `delay` seconds."""
-
-    def is_closed(self) -> bool:
-        """Whether the loop will call nothing back any more."""
-
-
 class Ledger:
     """Except `open`, all methods are for the event loop's thread, and do not block it.
 
@@ -100,7 +87,7 @@ class Ledger:
         self._watched = False
         self._seen = 0  # progress at the last poll
         self._silence = 0  # number of polls without progress
-        self._loop: Loop | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._waiters: set[CommitWaiter] = set()
         answers = Answers(
             call=self._call,
@@ -125,7 +112,7 @@ class Ledger:
         self.attach(asyncio.get_running_loop())
         self._thread.start()
 
-    def attach(self, loop: Loop) -> None:
+    def attach(self, loop: asyncio.AbstractEventLoop) -> None:
         """As `start`, but without the thread: the caller runs `committer`'s turns."""
         self._loop = loop
         self._queue.open()

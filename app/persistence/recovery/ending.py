@@ -52,9 +52,9 @@ def results(connection: Connection, row: RoomRow) -> list[ResultRow]:
         return found
     board = basis.board if isinstance(basis, Draw) else basis
     assert isinstance(board, Board)
-    for drop in open_drops:
+    for ball, _ in open_drops:
         with contextlib.suppress(DamagedRoomError, EngineError):
-            fact, _, _ = store.drop(connection, row.number, drop.ball)
+            fact, _, _ = store.drop(connection, row.number, ball)
             flight = fly(board, start_of(board, fact.seed, fact.x, fact.aim))
             found.append(result_of(fact, flight, 1.0 / row.tick_rate))
     return found
@@ -73,5 +73,5 @@ def retire(connection: Connection, room_id: str, now: float) -> Retired | None:
     void = store.unended_drops(connection, row.number)
     tick = max((row.tick, *(each.tick for each in landed)))
     writing.apply(connection, [Void(row.number, tick, DROPPED), Close(row.number, tick, now)])
-    paid, returned = sum(each.payout for each in landed), sum(each.stake for each in void)
+    paid, returned = sum(each.payout for each in landed), sum(stake for _, stake in void)
     return Retired(row.number, row.id, len(landed), paid, len(void), returned)

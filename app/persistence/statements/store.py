@@ -16,7 +16,6 @@ from plinko.app.rooms.records import (
     DropRow,
     InputRow,
     ListedRoom,
-    OpenDrop,
     Order,
     ResultRow,
     RoomRow,
@@ -232,16 +231,16 @@ def run(connection: Connection, number: int) -> RoomRow:
     return row
 
 
-def unended_drops(connection: Connection, room: int) -> list[OpenDrop]:
-    """The drops of a run that have no result, in order."""
+def unended_drops(connection: Connection, room: int) -> list[tuple[int, int]]:
+    """The ball and the stake of each drop of a run that has no result, in order."""
     drop, result = tables.drops.c, tables.results.c
     chosen = (
-        select(drop.room, drop.ball, drop.stake)
+        select(drop.ball, drop.stake)
         .outerjoin(tables.results)
         .where(drop.room == room, result.ball.is_(None))
         .order_by(drop.ball)
     )
-    return [OpenDrop(*row) for row in connection.execute(chosen)]
+    return [(row.ball, row.stake) for row in connection.execute(chosen)]
 
 
 def inputs(

@@ -25,7 +25,6 @@ from plinko.app.persistence.statements import (
     webhook_store,
 )
 from plinko.app.persistence.statements.store import unended_drops
-from plinko.app.rooms.outcome import void_of
 from plinko.app.rooms.records import (
     BoardRow,
     Close,
@@ -132,14 +131,13 @@ def _marked(names: tuple[str, ...]) -> sa.Update:
 
 
 def _void(connection: Connection, rows: list[Void]) -> Ended:
-    ended = list[Row[Any]]()
-    for row in rows:
-        unended = unended_drops(connection, row.room)
-        if unended:
-            ended += _add_results(
-                connection, [void_of(drop, row.tick, row.why) for drop in unended]
-            )
-    return ended
+    """Write results of drops that the server cannot compute: their stakes are paid back."""
+    void = [
+        ResultRow(row.room, ball, row.tick, None, 1.0, 0.0, 0.0, "", row.why, stake)
+        for row in rows
+        for ball, stake in unended_drops(connection, row.room)
+    ]
+    return _add_results(connection, void) if void else ()
 
 
 def _close(connection: Connection, rows: list[Close]) -> None:

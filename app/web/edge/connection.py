@@ -156,7 +156,7 @@ class Connection(asyncio.BufferedProtocol):
     def _queue(self) -> None:
         if self._read and self._wanted and not self._queued:
             self._queued = True
-            self._edge.intake.put(self._client, self)
+            self._edge.intake.put(self._client, self.parse)
 
     # As uvicorn's transport.
 

@@ -10,7 +10,7 @@ remaining bytes stay in the kernel, whose full buffers slow the sender down.
 import asyncio
 from collections import deque
 from collections.abc import Callable
-from typing import Final, Generic, Protocol, TypeVar
+from typing import Final, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -53,11 +53,8 @@ class FairQueue(Generic[T]):
         return taken
 
 
-class Source(Protocol):
-    """A connection with received bytes."""
-
-    def parse(self) -> int:
-        """Parse a piece and return its length; if more is left, put the connection back."""
+Parse = Callable[[], int]
+"""Parses a piece of a connection's bytes, and returns its length; puts itself back for the rest."""
 
 
 class Intake:
@@ -70,18 +67,18 @@ class Intake:
     def __init__(self, soon: Callable[[Callable[[], None]], object] | None = None) -> None:
         self.buffer = memoryview(bytearray(_PIECE))
         self._soon = soon or (lambda next_: asyncio.get_running_loop().call_soon(next_))
-        self._queue: FairQueue[Source] = FairQueue()
+        self._queue: FairQueue[Parse] = FairQueue()
         self._left = _TURN  # bytes left in this turn
         self._turning = False  # the next turn has been requested
 
-    def put(self, client: str, source: Source) -> None:
-        self._queue.put(client, source)
+    def put(self, client: str, parse: Parse) -> None:
+        self._queue.put(client, parse)
         self._turn()
 
     def work(self) -> None:
         """Parse queued connections until this turn's bytes are used up."""
-        while self._left > 0 and (source := self._queue.take()) is not None:
-            self._left -= max(source.parse(), _LEAST)
+        while self._left > 0 and (parse := self._queue.take()) is not None:
+            self._left -= max(parse(), _LEAST)
         if self._left < _TURN:
             self._turn()
 

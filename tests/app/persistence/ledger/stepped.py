@@ -158,7 +158,7 @@ class Table:
             leases=LeaseBook(holder),
         )
         self.ledger.open()
-        self.ledger.attach(self.loop)
+        self.ledger.attach(self.loop)  # type: ignore[arg-type]
         self.persistence = PersistenceService(
             self.ledger,
             limits=LIMITS,

@@ -164,7 +164,7 @@ def test_a_turn_is_asked_for_only_while_something_comes() -> None:
         def parse(self) -> int:
             return 1
 
-    intake.put("a", Once())
+    intake.put("a", Once().parse)
     intake.work()
     assert len(asked) == 1
     asked.pop()()
