@@ -278,25 +278,29 @@ class _Check:
         )
         yield same("payout", "what was paid", said.payout, payout)
 
-    def _start(self, receipt: Receipt, landed: int | None) -> Iterator[Step]:
-        """Check that both secrets give the seed, or in a draw the bin and one of its seeds."""
+    def _drawn(self, number: int) -> tuple[int | None, str] | None:
+        """The bin, in a draw, and the seed that both secrets give; None if one is not opened."""
         server, client = self._export.server_seed, self._export.client_seed
         if server is None or client is None:
+            return None
+        secrets = (parse_hex(server, "server-seed"), parse_hex(client, "client-seed"))
+        known = (*secrets, number, bytes.fromhex(self._board.digest))
+        if self._draw is None:
+            return None, str(drop_seed(*known))
+        drawn, seed = self._draw.pick(draw_mac(*known))
+        return drawn, str(seed)
+
+    def _start(self, receipt: Receipt, landed: int | None) -> Iterator[Step]:
+        """Check that both secrets give the seed, or in a draw the bin and one of its seeds."""
+        if (found := self._drawn(receipt.drop)) is None:
             return
-        known = (
-            parse_hex(server, "server-seed"),
-            parse_hex(client, "client-seed"),
-            receipt.drop,
-            bytes.fromhex(self._board.digest),
-        )
+        drawn, seed = found
         same = partial(_same, number=receipt.drop)
         if self._draw is None:
-            text = "the start is drawn by both secrets"
-            yield same("start", text, receipt.seed, str(drop_seed(*known)))
+            yield same("start", "the start is drawn by both secrets", receipt.seed, seed)
             return
-        drawn, seed = self._draw.pick(draw_mac(*known))
         text = "the bin was drawn by published odds, then a ball that falls there"
-        yield same("start", text, [receipt.seed, receipt.aim], [str(seed), None])
+        yield same("start", text, [receipt.seed, receipt.aim], [seed, None])
         yield same("drawn-bin", "the ball falls into the bin that was drawn", landed, drawn)
 
     def _heard(self, heard: SignedReceipt) -> Step:
@@ -317,17 +321,11 @@ class _Check:
 
     def _void_seed(self, receipt: Receipt) -> str | None:
         """The seed of a drop that a restore has lost; None if no restore ended the session."""
-        export = self._export
-        if export.end is None or _typed(export.end.statement, Closing).void is None:
+        end = self._export.end
+        if end is None or _typed(end.statement, Closing).void is None:
             return None
-        if export.server_seed is None or export.client_seed is None:
-            return None
-        secrets = (export.server_seed, export.client_seed)
-        server, client = (parse_hex(each, "seed") for each in secrets)
-        digest = bytes.fromhex(self._board.digest)
-        if self._draw is None:
-            return str(drop_seed(server, client, receipt.drop, digest))
-        return str(self._draw.pick(draw_mac(server, client, receipt.drop, digest))[1])
+        found = self._drawn(receipt.drop)
+        return None if found is None else found[1]
 
 
 def _hashes(values: Sequence[str]) -> list[bytes]:

@@ -82,8 +82,7 @@ class Audience:
 
     def _begin(self, room: Room, run: str) -> None:
         self.room = room
-        self._recent = Recent(run)
-        self._recent.begin(room.seq)
+        self._recent = Recent(run, room.seq)
         self._tick = room.world.tick  # of the last broadcast
 
     def begin(self, room: Room, run: str) -> None:
@@ -257,16 +256,15 @@ class Audience:
 
 
 class Recent:
-    """The last events of one room run by number, without contacts; `run` is its id."""
+    """The last events of one room run by number, without contacts; `run` is its id.
 
-    def __init__(self, run: str) -> None:
+    The events up to number `seq` are missing.
+    """
+
+    def __init__(self, run: str, seq: int = 0) -> None:
         self.run = run
         self._events: deque[tuple[int, messages.Event, str, object]] = deque(maxlen=KEPT)
-        self._lost = 0  # number of the latest event that the buffer no longer has
-
-    def begin(self, seq: int) -> None:
-        """Start after event number `seq`; earlier events are missing."""
-        self._lost = max(self._lost, seq)
+        self._lost = seq  # number of the latest event that the buffer no longer has
 
     def add(self, seq: int, event: messages.Event, key: str = "", ref: object = None) -> None:
         """Remember event number `seq`; only the client with this key gets the `ref`."""

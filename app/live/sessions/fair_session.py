@@ -5,7 +5,6 @@ the seed and the receipt are made too, by functions of this module.
 """
 
 import asyncio
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -116,32 +115,25 @@ class FairSession:
             return drop_seed(*known) if draw is None else draw.pick(draw_mac(*known))[1]
 
         def leaf(number: int, fact: DropRow) -> LogLeaf:
-            return self._leaf(number, fact, now)
+            receipt = Receipt(
+                session=self.id,
+                drop=number,
+                stake=fact.stake,
+                aim=fact.aim,
+                seed=str(fact.seed),
+                board_digest=self.board_digest,
+                room=self.room,
+                ball=fact.ball,
+                time=int(now * 1000.0),
+            )
+            values = receipt.to_dict()
+
+            def sign(index: int, root: str, log: str | None) -> str:
+                return self.signer.sign(LogEntry(values, index, root, log).to_dict()).hex()
+
+            return LogLeaf(self.id, number, fact.room, fact.ball, values, receipt.leaf(), sign)
 
         return SessionTurn(self.id, MOST_DROPS, seed_of, leaf)
-
-    def _leaf(self, number: int, fact: DropRow, now: float) -> LogLeaf:
-        receipt = Receipt(
-            session=self.id,
-            drop=number,
-            stake=fact.stake,
-            aim=fact.aim,
-            seed=str(fact.seed),
-            board_digest=self.board_digest,
-            room=self.room,
-            ball=fact.ball,
-            time=int(now * 1000.0),
-        )
-        values = receipt.to_dict()
-        return LogLeaf(
-            session=self.id,
-            number=number,
-            room=fact.room,
-            ball=fact.ball,
-            receipt=values,
-            leaf=receipt.leaf(),
-            sign=_signs(self.signer, values),
-        )
 
     def took(self, request: NewDrop) -> None:
         """Note that a drop is durable."""
@@ -176,12 +168,3 @@ class FairSession:
             signature=self.end_signature,
             ref=ref,
         )
-
-
-def _signs(signer: Signer, receipt: dict[str, object]) -> Callable[[int, str, str | None], str]:
-    """A function that signs a receipt's place in a log; the signature is hexadecimal."""
-
-    def sign(index: int, root: str, log: str | None) -> str:
-        return signer.sign(LogEntry(receipt, index, root, log).to_dict()).hex()
-
-    return sign

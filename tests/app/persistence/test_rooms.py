@@ -371,8 +371,7 @@ def test_kept_events_are_bounded_and_losses_are_reported() -> None:
     def accepted(ball: int) -> messages.Accepted:
         return messages.Accepted(ball=ball, seed="1", x=0.0, explicit_x=False, tick=0)
 
-    recent = Recent("r")
-    recent.begin(10)
+    recent = Recent("r", 10)
     assert recent.since("r", 9, "", 10) is None, "from before this life"
     for seq in range(11, 11 + KEPT):
         recent.add(seq, accepted(seq))
