@@ -4,6 +4,7 @@ import asyncio
 import errno
 import gc
 import logging
+import os
 import socket
 import threading
 from collections.abc import Callable
@@ -16,7 +17,6 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from plinko.app.errors import LedgerError, SettingError, StartError
 from plinko.app.live.broadcast.transport import DirectProtocol
 from plinko.app.ops import logs, stalls
-from plinko.app.ops.systemd import keep_alive, notify
 from plinko.app.protocol.messages import MESSAGE_BYTES
 from plinko.app.settings import Settings
 from plinko.app.web.edge.addresses import Connections, Proxies
@@ -49,6 +49,25 @@ wait for the next server meanwhile, and service managers kill a process only aft
 _NEXT_TRIAL = 1.0  # s until a missing database is tried again
 
 _ENDS_WORK = 0.7  # share of SHUTDOWN_SECONDS in which workers may finish
+
+
+def notify(state: str) -> None:
+    """Send `state`, such as READY=1, to systemd (sd_notify); does nothing without it."""
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if address:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
+            # An address that begins with @ is abstract: its first byte is 0.
+            sender.sendto(state.encode(), f"\0{address[1:]}" if address[0] == "@" else address)
+
+
+async def keep_alive() -> None:
+    """Tell the watchdog of this process twice in its time that the event loop runs."""
+    if os.environ.get("WATCHDOG_PID", "") not in ("", str(os.getpid())):
+        return
+    seconds = int(os.environ.get("WATCHDOG_USEC", "0")) / 2e6
+    while seconds:
+        notify("WATCHDOG=1")
+        await asyncio.sleep(seconds)
 
 
 class Server(uvicorn.Server):

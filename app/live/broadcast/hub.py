@@ -11,7 +11,6 @@ connection of this client as too slow.
 
 import asyncio
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -212,7 +211,8 @@ class Hub:
         return sum(map(self.count, self._rooms))
 
     def clients(self, room_id: str) -> list[Client]:
-        return list(self._everyone(room_id))
+        streams = self._rooms.get(room_id, {}).values()
+        return [client for clients in streams for client in clients.values()]
 
     def announce(
         self,
@@ -257,14 +257,10 @@ class Hub:
 
     def close(self, room_id: str, error: AppError) -> None:
         """Close every connection to the room with this error, after the waiting messages."""
-        for client in self._everyone(room_id):
+        for client in self.clients(room_id):
             client.end(error)
 
     def cut(self, room_id: str, error: AppError) -> None:
         """Close every connection to the room with this error, at once."""
         for client in self.clients(room_id):
             client.fail(error)
-
-    def _everyone(self, room_id: str) -> Iterator[Client]:
-        for clients in self._rooms.get(room_id, {}).values():
-            yield from clients.values()

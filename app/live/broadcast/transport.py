@@ -10,12 +10,10 @@ import asyncio
 import contextlib
 from typing import Any, Final
 
-from starlette.types import Scope
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from plinko.app.errors import AppError, SlowClientError, public_text, response_for
-from plinko.app.live.broadcast.hub import Connection
 from plinko.app.protocol.wire import WireMessage
 
 EXTENSION = "plinko.connection"
@@ -94,21 +92,17 @@ class DirectProtocol(WebSocketsSansIOProtocol):
         await super().run_asgi()
 
 
-def connection_of(socket: WebSocket) -> Connection:
-    return _direct(socket.scope)
+def connection_of(socket: WebSocket) -> DirectConnection:
+    direct: DirectConnection = socket.scope["extensions"][EXTENSION]
+    return direct
 
 
 async def close(socket: WebSocket, error: AppError, linger: float) -> None:
     """Close with the reason. A client that does not read has `linger` seconds to receive it."""
     if isinstance(error, SlowClientError):
-        _direct(socket.scope).sever(linger)
+        connection_of(socket).sever(linger)
     # RFC 6455 leaves 123 bytes for the reason.
     reason = public_text(error).encode()[:120].decode(errors="ignore")
     with contextlib.suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
         async with asyncio.timeout(_CLOSE_SECONDS):
             await socket.close(response_for(error).close, reason)
-
-
-def _direct(scope: Scope) -> DirectConnection:
-    direct: DirectConnection = scope["extensions"][EXTENSION]
-    return direct
