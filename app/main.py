@@ -156,7 +156,7 @@ class _Shares:
         """The part that the application starts and stops, and that routes use as `Others`."""
         from plinko.app.cluster.start import Cluster  # noqa: PLC0415 - as above
 
-        return Cluster(self._settings, self.alive, self.book, rooms.stored, ledger)
+        return Cluster(self._settings, self.alive, rooms.stored, ledger)
 
 
 def _webhooks(targets: Sequence[Target], ledger: Ledger, others: Others | None) -> "Webhooks":

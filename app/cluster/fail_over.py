@@ -11,7 +11,6 @@ from plinko.app.cluster.membership import order, orphans
 from plinko.app.errors import LedgerError
 from plinko.app.live.public_tables import MAIN
 from plinko.app.live.stored_rooms import StoredRooms
-from plinko.app.persistence.lease_book import LeaseBook
 from plinko.app.persistence.ledger.writer import Ledger
 from plinko.app.persistence.statements import lease_store, store
 from plinko.app.rooms.records import Lease, LeaseRow
@@ -28,7 +27,6 @@ class FailOver:
     def __init__(
         self,
         alive: Alive,
-        book: LeaseBook,
         rooms: StoredRooms,
         ledger: Ledger,
         *,
@@ -37,7 +35,7 @@ class FailOver:
         self.count = 0
         self._alive = alive
         self._rooms = rooms
-        self._book = book
+        self._book = ledger.leases
         self._ledger = ledger
         self._clock = clock
         self._swept = -_SWEEP

@@ -46,17 +46,16 @@ class Cluster:
         self,
         settings: Settings,
         alive: Alive,
-        book: LeaseBook,
         rooms: StoredRooms,
         ledger: Ledger,
     ) -> None:
         self.name = settings.name
         self._host = settings.host
-        self._book = book
+        self._book = ledger.leases
         self.alive = alive
         self._rooms = rooms
         self._peers = Peers()
-        self._fail_over = FailOver(alive, book, rooms, ledger)
+        self._fail_over = FailOver(alive, rooms, ledger)
         self._migrated = 0  # rooms
 
     def surround(self, app: ASGIApp) -> ASGIApp:

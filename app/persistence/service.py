@@ -57,15 +57,15 @@ class PersistenceService:
     async def create(
         self,
         room: Room,
-        creator: str | None = None,
-        imported: Sequence[Pending] = (),
-        use: KeyUse | None = None,
+        creator: str | None,
+        imported: Sequence[Pending],
+        use: KeyUse,
     ) -> None:
         """Write a new room that belongs to `creator` (a mark), if the `use` of the key is new.
 
         imported: the inputs of an imported room. Raises LedgerError, KeyReusedError.
         """
-        record, use = await self.runs.new_run(room.id, owned=True, known=True), use or KeyUse()
+        record = await self.runs.new_run(room.id, owned=True, known=True)
         record.creator = creator
         self.runs.begin(room.id, record)
         use.run, use.fact = record.number, room.id
@@ -83,13 +83,13 @@ class PersistenceService:
         old: Room,
         new: Room,
         results: Sequence[ResultRow],
-        use: KeyUse | None = None,
+        use: KeyUse,
     ) -> None:
         """End a room's run and begin its next in one transaction, if the `use` of the key is new.
 
         `results` are those of the balls in flight. Raises LedgerError, KeyReusedError.
         """
-        record, use = self.runs.of(old), use or KeyUse()
+        record = self.runs.of(old)
         following = await self.runs.new_run(old.id, owned=record.owned, known=True)
         following.creator = record.creator
         use.run, use.fact = following.number, old.id

@@ -32,9 +32,7 @@ def looking(life: Life, *others: str) -> FailOver:
     found = [Seen(Member(name, name, ""), LEASE / 2, connected=True) for name in others]
     for _ in range(3):
         alive.look(alive.me, [Seen(alive.me, LEASE / 2, connected=True), *found])
-    return FailOver(
-        alive, life.leases.book, life.stored, life.ledger, clock=itertools.count(0.0, 2.0).__next__
-    )
+    return FailOver(alive, life.stored, life.ledger, clock=itertools.count(0.0, 2.0).__next__)
 
 
 async def taken(life: Life, taking: FailOver) -> set[str]:
