@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import msgspec
 
 from plinko.app.protocol import messages
+from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.records import DropRow, ResultRow
+from plinko.app.rooms.room import Basis
 from plinko.app.rooms.stakes import payout_of
 from plinko.engine import Board
-from plinko.engine.drops.flight import Flight
+from plinko.engine.drops.flight import Flight, fly
 from plinko.engine.drops.start import start_of
 
 
@@ -39,6 +41,14 @@ def accepted_of(
         receipt=receipt or msgspec.UNSET,
         **fact.tag.fields,
     )
+
+
+def computed(basis: Basis, fact: DropRow, tick_rate: int) -> ResultRow:
+    """The result of a fact on this board, or on the board of this draw."""
+    board = basis.board if isinstance(basis, Draw) else basis
+    assert isinstance(board, Board)
+    flight = fly(board, start_of(board, fact.seed, fact.x, fact.aim))
+    return result_of(fact, flight, 1.0 / tick_rate)
 
 
 def result_of(fact: DropRow, flight: Flight, dt: float) -> ResultRow:

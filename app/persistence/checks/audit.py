@@ -14,15 +14,12 @@ from sqlalchemy import Connection
 from plinko.app.persistence.ledger.database import Database, reason
 from plinko.app.persistence.recovery.rebuild import Replay, basis_of
 from plinko.app.persistence.statements import store, tables
-from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.kinds import NO_LIMIT, format_of
-from plinko.app.rooms.outcome import result_of
+from plinko.app.rooms.outcome import computed
 from plinko.app.rooms.records import DropRow, ResultRow, RoomRow, TakenRow
 from plinko.app.rooms.room import Basis
 from plinko.app.rooms.stakes import payout_of
-from plinko.engine import PHYSICS_VERSION, Board
-from plinko.engine.drops.flight import fly
-from plinko.engine.drops.start import start_of
+from plinko.engine import PHYSICS_VERSION
 
 _PAGE: Final = 1000  # rows read at once
 
@@ -181,7 +178,4 @@ def _expected(
         return {"bin": None, "score": 1.0, "payout": row.stake}
     if not compute:
         return {"payout": payout_of(row.stake, result.score)}
-    board = basis.board if isinstance(basis, Draw) else basis
-    assert isinstance(board, Board)
-    start = start_of(board, row.seed, row.x, row.aim)
-    return asdict(result_of(row, fly(board, start), 1.0 / tick_rate))
+    return asdict(computed(basis, row, tick_rate))

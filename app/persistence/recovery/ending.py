@@ -9,12 +9,9 @@ from sqlalchemy import Connection
 from plinko.app.errors import DamagedRoomError
 from plinko.app.persistence.recovery.rebuild import basis_of
 from plinko.app.persistence.statements import store, writing
-from plinko.app.rooms.draw import Draw
-from plinko.app.rooms.outcome import result_of
+from plinko.app.rooms.outcome import computed
 from plinko.app.rooms.records import Close, ResultRow, RoomRow, Void
-from plinko.engine import PHYSICS_VERSION, Board
-from plinko.engine.drops.flight import fly
-from plinko.engine.drops.start import start_of
+from plinko.engine import PHYSICS_VERSION
 from plinko.engine.errors import EngineError
 
 DROPPED: Final = "its room was taken off the ledger"
@@ -50,13 +47,10 @@ def results(connection: Connection, row: RoomRow) -> list[ResultRow]:
         basis = basis_of(row, store.basis(connection, row.board, row.draw))
     except DamagedRoomError:
         return found
-    board = basis.board if isinstance(basis, Draw) else basis
-    assert isinstance(board, Board)
     for ball, _ in open_drops:
         with contextlib.suppress(DamagedRoomError, EngineError):
             fact, _, _ = store.drop(connection, row.number, ball)
-            flight = fly(board, start_of(board, fact.seed, fact.x, fact.aim))
-            found.append(result_of(fact, flight, 1.0 / row.tick_rate))
+            found.append(computed(basis, fact, row.tick_rate))
     return found
 
 
