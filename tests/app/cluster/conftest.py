@@ -1,4 +1,4 @@
-"""Three servers over a real PostgreSQL, which all tests here share."""
+"""Three servers over a real PostgreSQL, which all tests here share. They end with the last."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from tests.app.cluster.servers import Servers, three
 from tests.kit.postgres import PostgreSQL
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def shared(postgresql: PostgreSQL) -> Iterator[Servers]:
     with Servers(postgresql.new_database(), three()) as servers:
         yield servers

@@ -67,7 +67,7 @@ def test_nothing_moves_when_the_browser_paints_half_the_page(
 ) -> None:
     width, height = PHONE
     viewport: ViewportSize = {"width": width, "height": height}
-    for _ in range(3):
+    for _ in range(2):
         context = browser.new_context(service_workers="block", viewport=viewport)
         context.add_init_script(NO_DEMO)
         context.add_init_script(WATCH)
