@@ -17,6 +17,7 @@ PORT ?= 8000
 # May exceed the number of cores: many tests wait for falling balls.
 PYTEST_WORKERS ?= 4
 PYTEST_ARGS ?=
+AFTER ?=
 BENCH_ARGS ?= --record
 KILLS ?= 50
 FAULTS ?= 20
@@ -77,9 +78,9 @@ SERVERS ?= tests/app/cluster tests/app/persistence tests/app/relay tests/deploy
 # Node.js tests the pages' pure modules; other tests drive a real Chromium.
 # No test depends on the machine's speed: `tools/busy make test` runs them under load.
 # The tests start a hundred servers and commands. PYTHONDONTWRITEBYTECODE is cleared, so that Python
-# compiles the modules only once. `make check test` runs each test once.
+# compiles the modules only once. `make test AFTER=check` leaves out what `make check` has run.
 test: export PYTHONDONTWRITEBYTECODE =
-test: AFTER_CHECK := $(if $(filter check,$(MAKECMDGOALS)),--checked '$(CHECKED)')
+test: AFTER_CHECK := $(if $(filter check,$(AFTER)),--checked '$(CHECKED)')
 test: $(VENV)/.stamp-test node_modules/.stamp
 	$(WITH_NODE) && chromium="$$(tools/chromium shell)" && \
 	CHROMIUM="$$chromium" $(BIN)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal \
