@@ -1,34 +1,29 @@
 """`plinko simulate` by blocks, and `plinko merge`: parts of a batch and their output."""
 
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from plinko.app.cli import main
 from plinko.engine import drop_many
 from tests.app.batches.test_running import Stopping
+from tests.app.cli.conftest import Terminal
 from tests.engine.batches.open_board import DROPS, FORM, OPEN
 
 
-class Shell:
-    """Runs commands in this process, on a board in a file."""
+class Shell(Terminal):
+    """Runs commands on a board in a file."""
 
     def __init__(self, folder: Path, capture: pytest.CaptureFixture[str]) -> None:
+        super().__init__(capture)
         self.folder = folder
         self.board = folder / "open.json"
         self.board.write_text(json.dumps(FORM))
-        self._capture = capture
-
-    def run(self, *arguments: object) -> tuple[int, str, str]:
-        code = main([str(each) for each in arguments])
-        return code, *self._capture.readouterr()
 
     def simulate(self, *arguments: object) -> Any:
-        code, out, err = self.run("simulate", self.board, "--drops", DROPS, "--json", *arguments)
-        assert (code, err) == (0, "")
-        return json.loads(out)
+        return self.json("simulate", self.board, "--drops", DROPS, *arguments)
 
 
 @pytest.fixture
@@ -47,18 +42,18 @@ def test_one_block_is_checked_alone_and_parts_merge(shell: Shell, digest: str) -
     middle = shell.simulate("--blocks", 1)
     assert (middle["digest"], middle["drops"]) == (None, 65_536)
     assert middle["hashes"] == [whole["hashes"][1]]
+    last = drop_many(OPEN, range(2 * 65_536, DROPS)).digest
+    shown = shell.run("simulate", shell.board, "--drops", DROPS, "--blocks", 2)
+    assert f"hash       {last}" in shown
 
     parts = {"first": ("--blocks", "0:1"), "last": ("--blocks", "2"), "middle": ("--blocks", "1:2")}
     files = [shell.folder / f"{name}.json" for name in parts]
     for path, blocks in zip(files, parts.values(), strict=True):
         path.write_text(json.dumps(shell.simulate(*blocks)))
-    code, out, _ = shell.run("merge", files[0], files[1])
-    assert code == 0
+    out = shell.run("merge", files[0], files[1])
     assert "covers     65,636 of 131,172 drops: blocks 0, 2 of 3" in out
     merged = shell.folder / "merged.json"
-    code, out, _ = shell.run("merge", *files, "--json", "--out", merged)
-    assert code == 0
-    found = json.loads(out)
+    found = shell.json("merge", *files, "--out", merged)
     assert json.loads(merged.read_text()) == found
     timed = {"seconds", "drops_per_second"}
     assert {key: found[key] for key in found.keys() - timed} == {
@@ -66,41 +61,20 @@ def test_one_block_is_checked_alone_and_parts_merge(shell: Shell, digest: str) -
     }
 
 
-def test_one_block_shows_its_hash(shell: Shell) -> None:
-    code, out, _ = shell.run("simulate", shell.board, "--drops", DROPS, "--blocks", 2)
-    assert code == 0
-    last = drop_many(OPEN, range(2 * 65_536, DROPS))
-    assert f"hash       {last.digest}" in out
-
-
 def test_an_interrupt_leaves_a_result_that_says_what_it_covers(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, digest: str
 ) -> None:
     kept = shell.folder / "kept.json"
     with monkeypatch.context() as interrupted:
-        interrupted.setattr(
-            "plinko.app.cli.common.workers", lambda *_: _Given(Stopping(2, KeyboardInterrupt))
-        )
-        code, out, _ = shell.run("simulate", shell.board, "--drops", DROPS, "--resume", kept)
+        given = contextlib.nullcontext(Stopping(2, KeyboardInterrupt))
+        interrupted.setattr("plinko.app.cli.common.workers", lambda *_: given)
+        code, out, _ = shell.try_run("simulate", shell.board, "--drops", DROPS, "--resume", kept)
     assert code == 130
     assert "covers     131,072 of 131,172 drops: blocks 0 to 1 of 3" in out
     assert "digest" not in out
     found = shell.simulate("--resume", kept)
     assert found["digest"] == digest
     assert shell.simulate("--resume", kept)["seconds"] == found["seconds"], "nothing is computed"
-
-
-class _Given:
-    """A context manager over workers that run already."""
-
-    def __init__(self, workers: object) -> None:
-        self._workers = workers
-
-    def __enter__(self) -> object:
-        return self._workers
-
-    def __exit__(self, *_: object) -> None:
-        pass
 
 
 BAD: tuple[tuple[tuple[object, ...], str], ...] = (
@@ -124,10 +98,7 @@ def test_invalid_options_give_one_line(
     shell.run("simulate", shell.board, "--drops", 10, "--resume", other)
     places = {"other": other, "board": shell.board}
     given = [str(each).format(**places) for each in arguments]
-    code, out, err = shell.run("simulate", shell.board, *given)
-    assert (code, out) == (2, "")
-    assert said in err
-    assert err.count("\n") == 1
+    assert said in shell.refuses("simulate", shell.board, *given)
 
 
 def test_results_that_do_not_merge_give_one_line(shell: Shell) -> None:
@@ -135,6 +106,4 @@ def test_results_that_do_not_merge_give_one_line(shell: Shell) -> None:
     shell.run("simulate", shell.board, "--drops", 10, "--resume", one)
     shell.run("simulate", shell.board, "--drops", 10, "--seed", 1, "--resume", other)
     for files, said in (((one, other), "seed is '0' in one"), ((one, one), "block 0 is in both")):
-        code, out, err = shell.run("merge", *files)
-        assert (code, out) == (2, "")
-        assert said in err
+        assert said in shell.refuses("merge", *files)

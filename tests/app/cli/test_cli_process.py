@@ -6,14 +6,13 @@ import os
 import pty
 import re
 import signal
-import socket
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
+from tests.kit.python import run_python
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT
 
@@ -32,10 +31,6 @@ def run(*arguments: str, stdin: bytes = b"") -> "subprocess.CompletedProcess[byt
     return subprocess.run([*MODULE, *arguments], input=stdin, capture_output=True, check=False)
 
 
-def start(arguments: Sequence[str], **streams: int) -> "subprocess.Popen[bytes]":
-    return subprocess.Popen([*MODULE, *arguments], **streams)  # type: ignore[call-overload,no-any-return]
-
-
 def read_terminal(terminal: int, until: bytes) -> bytes:
     """Read a process's output on a pseudo-terminal, up to and including `until`."""
     seen = b""
@@ -44,21 +39,23 @@ def read_terminal(terminal: int, until: bytes) -> bytes:
     return seen
 
 
-def test_a_process_ends_without_a_garbage_collection() -> None:
-    code = (
-        "import atexit, gc\n"
+def test_a_drop_imports_nothing_heavy_and_ends_without_a_garbage_collection() -> None:
+    said = run_python(
+        "import atexit, gc, sys\n"
         "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
         "from plinko.app.cli import main\n"
-        "main(['drop', 'triangle-8', '--seed', '1'])\n"
+        "main(['drop', 'triangle-8', '--seed', '1', '--certainty'])\n"
+        "heavy = ('fastapi', 'uvicorn', 'pydantic', 'PIL', 'asyncio', 'numba')\n"
+        "print([name for name in heavy if name in sys.modules])\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
-    frozen, looked_at = done.stdout.splitlines()[-1].split()
-    assert int(frozen) > 100 * int(looked_at)
+    *_, loaded, counts = said.splitlines()
+    frozen, looked_at = map(int, counts.split())
+    assert loaded == "[]"
+    assert frozen > 100 * looked_at
 
 
 def test_a_record_goes_from_drop_to_verify_through_a_pipe() -> None:
     record = run("drop", "triangle-8", "--seed", "11", "--json").stdout
-    assert run("verify", "-", stdin=record).returncode == 0
     other = json.dumps(json.loads(record) | {"duration": 1.0}).encode()
     done = run("verify", "-", stdin=other)
     assert done.returncode == 1
@@ -81,32 +78,27 @@ def stopped(number: signal.Signals, *options: str) -> tuple[int, bytes, bytes]:
     return process.returncode, out, seen
 
 
-def test_an_interrupt_is_exit_code_130_and_what_was_counted() -> None:
-    code, out, seen = stopped(signal.SIGINT)
-    assert code == 130
-    assert out == b"" or b"of 1,000,000,000,000 drops: blocks 0" in out  # perhaps none is counted
-    assert b"Traceback" not in seen
-    assert b"Aborted" not in seen
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_stopped_run_leaves_rows_of_whole_blocks_or_no_file(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     path = tmp_path / "drops.csv"
-    code, _, _ = stopped(number, "--out", str(path))
+    code, out, seen = stopped(number, "--out", str(path))
     assert code == 128 + number
+    assert out == b"" or b"of 1,000,000,000,000 drops: blocks 0" in out  # perhaps none is counted
+    assert b"Traceback" not in seen
+    assert b"Aborted" not in seen
     rows = len(path.read_text().splitlines()) - 1 if path.exists() else 0
     assert rows % 65_536 == 0
     assert path.exists() == (rows > 0)
     assert not [each for each in tmp_path.iterdir() if each != path]
 
 
-def test_progress_is_shown_on_a_terminal_and_nowhere_else() -> None:
-    few = ("simulate", "triangle-8", "--drops", "50", "--json")
-    assert run(*few).stderr == b""
+def test_progress_is_shown_on_a_terminal() -> None:
+    """Nowhere else: the tests in test_cli.py have nothing on stderr."""
+    command = [*MODULE, "simulate", "triangle-8", "--drops", "50", "--json"]
     terminal, stderr = pty.openpty()
-    process = start(few, stdout=subprocess.PIPE, stderr=stderr)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr)
     os.close(stderr)
     seen = read_terminal(terminal, b"100%")
     out, _ = process.communicate(timeout=LIMIT)
@@ -116,7 +108,8 @@ def test_progress_is_shown_on_a_terminal_and_nowhere_else() -> None:
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:
-    process = start(("boards", "triangle-16"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    command, pipe = [*MODULE, "boards", "triangle-16"], subprocess.PIPE
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe)
     assert process.stdout is not None
     process.stdout.close()
     assert process.stderr is not None
@@ -134,42 +127,29 @@ def test_a_full_disk_is_one_line() -> None:
     assert re.fullmatch(rb"plinko: No space left on device\n", done.stderr)
 
 
-def test_a_taken_port_is_one_line() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as holder:
-        port = str(holder.getsockname()[1])
-        done = run("serve", "--port", port)
-    assert done.returncode == 1, "the same settings may work later"
-    assert done.stderr.startswith(b"plinko: ")
-    assert port.encode() in done.stderr
-    assert done.stderr.count(b"\n") == 1
-
-
-def test_a_ledger_in_use_is_one_line(tmp_path: Path) -> None:
+def test_a_taken_port_and_a_ledger_in_use_are_one_line(tmp_path: Path) -> None:
     ledger = f"sqlite:///{tmp_path / 'plinko.db'}"
-    with serving(database_url=ledger):
-        done = run("serve", "--port", "0", "--database-url", ledger)
-    assert done.returncode == 1, "the same settings may work later"
-    assert b"another server uses it; give this one a --data directory" in done.stderr
-    assert done.stderr.count(b"\n") == 1
-
-
-def test_a_drop_imports_no_server_no_pictures_and_no_compiler() -> None:
-    program = (
-        "import sys; from plinko.app.cli import main;"
-        "main(['drop', 'triangle-8', '--seed', '1', '--certainty']);"
-        "heavy = ('fastapi', 'uvicorn', 'pydantic', 'PIL', 'asyncio', 'numba');"
-        "print([name for name in heavy if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
-    assert done.stdout.splitlines()[-1] == b"[]"
+    with serving(database_url=ledger) as server:
+        taken = server.url.rpartition(":")[2]
+        for options, said in (
+            (("--port", taken), taken),
+            (
+                ("--port", "0", "--database-url", ledger),
+                "another server uses it; give this one a --data directory",
+            ),
+        ):
+            done = run("serve", *options)
+            assert done.returncode == 1, "the same settings may work later"
+            assert done.stderr.startswith(b"plinko: ")
+            assert said.encode() in done.stderr
+            assert done.stderr.count(b"\n") == 1
 
 
 def test_a_server_that_draws_nothing_has_no_pictures_loaded() -> None:
-    program = (
+    said = run_python(
         "import sys; from plinko.app.main import create_app;"
         "from plinko.app.settings import Settings;"
         "create_app(Settings(database_url='sqlite://'));"
         "print([name for name in ('PIL', 'plinko.app.render.still') if name in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
-    assert done.stdout.splitlines()[-1] == b"[]"
+    assert said.splitlines()[-1] == "[]"

@@ -17,6 +17,7 @@ from plinko.app.cli import main
 from plinko.app.webhooks.targets import read_targets
 from plinko.engine import Board, drop
 from plinko.engine.payouts.record import shipped, to_text
+from tests.app.cli.conftest import Terminal
 
 NAME = "Łódź 😀 é"
 BOARD = Board.triangle(4).replace(name=NAME)
@@ -44,69 +45,38 @@ def write(request: pytest.FixtureRequest, tmp_path: Path) -> Write:
     return written
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    """Run a command that must succeed; returns its output."""
-    code = main([str(each) for each in arguments])
-    out, err = capsys.readouterr()
-    assert (code, err) == (0, "")
-    return out
-
-
-def test_a_board_s_file_may_have_any_encoding(
-    write: Write, capsys: pytest.CaptureFixture[str]
+def test_a_file_that_a_command_reads_may_have_any_encoding(
+    write: Write, plinko: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write("board.json", BOARD.to_json())
     assert Board.from_json(path) == BOARD
-    assert json.loads(run(capsys, "boards", path))["name"] == NAME
-
-
-def test_a_record_may_have_any_encoding_in_a_file_or_on_standard_input(
-    write: Write, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+    assert json.loads(plinko.run("boards", path))["name"] == NAME
     path = write("drop.json", drop(BOARD, 1).to_json())
-    assert run(capsys, "verify", path).startswith("reproduced")
+    assert plinko.run("verify", path).startswith("reproduced")
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(path.read_bytes())))
-    assert run(capsys, "verify", "-").startswith("reproduced")
-
-
-def test_a_batch_s_result_may_have_any_encoding(
-    write: Write, capsys: pytest.CaptureFixture[str]
-) -> None:
+    assert plinko.run("verify", "-").startswith("reproduced")
     few = ("simulate", "triangle-8", "--drops", 10, "--json")
-    text = run(capsys, *few)
+    text = plinko.run(*few)
     path = write("result.json", text)
-    assert run(capsys, "merge", path, "--json") == text
-    assert run(capsys, *few, "--resume", path) == text
-
-
-def test_a_record_of_returns_may_have_any_encoding(
-    write: Write, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = write("record.json", to_text(shipped()))
-    assert run(capsys, "odds", "--record", path) == run(capsys, "odds")
-
-
-def test_weights_may_have_any_encoding(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert plinko.run("merge", path, "--json") == plinko.run(*few, "--resume", path) == text
+    path = write("record.json", to_text({"triangle-8": shipped()["triangle-8"]}))
+    assert "| `triangle-8` | 99." in plinko.run("odds", "--record", path)
     path = write("weights.json", "[0, 0, 0, 0, 1, 0, 0, 0, 0]")
-    drawn = json.loads(run(capsys, "seeds", "triangle-8", "--draw", path, "--per-bin", 1))
+    drawn = json.loads(plinko.run("seeds", "triangle-8", "--draw", path, "--per-bin", 1))
     assert drawn["draw"]["weights"][4] == 1
-
-
-def test_targets_of_webhooks_may_have_any_encoding(write: Write) -> None:
-    target = {
-        "url": "https://example.org/hook",
-        "secret": "whsec_" + base64.b64encode(b"k" * 32).decode(),
-    }
+    secret = "whsec_" + base64.b64encode(b"k" * 32).decode()
+    target = {"url": "https://example.org/hook", "secret": secret}
     (found,) = read_targets(str(write("targets.json", json.dumps([target]))))
     assert found.url == target["url"]
 
 
-class Terminal:
+class Screen:
     """A terminal that shows the characters of one encoding."""
 
     def __init__(self, encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
         self._encoding = encoding
         self._patch = monkeypatch
+        self.name = NAMES[encoding]  # the board's name as it is shown
 
     def run(self, *arguments: object, code: int = 0) -> str:
         """Run a command; returns its output, or what it said on stderr."""
@@ -133,17 +103,6 @@ NAMES = {
 }
 
 
-@pytest.fixture(params=NAMES)
-def terminal(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Terminal:
-    return Terminal(request.param, monkeypatch)
-
-
-@pytest.fixture
-def shown(terminal: Terminal) -> str:
-    """The board's name as the terminal shows it."""
-    return NAMES[terminal._encoding]
-
-
 @pytest.fixture
 def board(tmp_path: Path) -> Path:
     path = tmp_path / "board.json"
@@ -151,26 +110,34 @@ def board(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.parametrize("encoding", NAMES)
 def test_a_terminal_shows_what_it_can_and_the_rest_escaped(
-    terminal: Terminal, shown: str, board: Path, tmp_path: Path
+    board: Path, tmp_path: Path, encoding: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = ("--drops", 10)
-    assert shown in terminal.run("drop", board, "--seed", 1)
-    assert shown in terminal.run("simulate", board, *few)
-    assert shown in terminal.run("certify", board, "--seed", 1)
-    kept = tmp_path / f"{NAME}.json"
-    terminal.run("simulate", board, *few, "--resume", kept)
-    assert shown in terminal.run("merge", kept)
-    picture = tmp_path / f"{NAME}.png"
-    assert shown in terminal.run("render", board, picture, "--seed", 1)
-    assert shown in terminal.run("map", board, picture, "--levels", 1, "--pixels", 2)
+    screen, few = Screen(encoding, monkeypatch), ("--drops", 10)
+    assert screen.name in screen.run("drop", board, "--seed", 1)
+    assert screen.name in screen.run("simulate", board, *few)
+    assert screen.name in screen.run("certify", board, "--seed", 1)
+    kept, picture = tmp_path / f"{NAME}.json", tmp_path / f"{NAME}.png"
+    screen.run("simulate", board, *few, "--resume", kept)
+    assert screen.name in screen.run("merge", kept)
+    assert screen.name in screen.run("render", board, picture, "--seed", 1)
+    assert screen.name in screen.run("map", board, picture, "--levels", 1, "--pixels", 2)
+    assert f"BOARD '{screen.name}'" in screen.run("drop", NAME, "--seed", 1, code=2)
+    # On Linux a file's name is bytes, which Python keeps as lone surrogates.
+    no_text = tmp_path / os.fsdecode(b"\xff.png")
+    assert r"\udcff.png: " in screen.run("render", board, no_text, "--seed", 1)
 
 
-def test_json_stays_json_on_any_terminal(terminal: Terminal, board: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("encoding", NAMES)
+def test_json_stays_json_on_any_terminal(
+    board: Path, tmp_path: Path, encoding: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """JSON is UTF-8, also in a file to which the output of a program for Windows-1252 goes."""
+    screen = Screen(encoding, monkeypatch)
 
     def said(*arguments: object) -> Any:
-        return json.loads(terminal.written(*arguments).decode())
+        return json.loads(screen.written(*arguments).decode())
 
     assert said("boards", board) == BOARD.to_dict()
     assert said("drop", board, "--seed", 1, "--json") == drop(BOARD, 1).to_dict()
@@ -178,18 +145,8 @@ def test_json_stays_json_on_any_terminal(terminal: Terminal, board: Path, tmp_pa
     drawn = said("seeds", board, "--draw", "0,0,1,0,0", "--per-bin", 1)
     assert drawn["board"]["name"] == NAME
     record = tmp_path / "drop.json"
-    record.write_bytes(terminal.written("drop", board, "--seed", 1, "--json"))
-    assert terminal.run("verify", record).startswith("reproduced")
-
-
-def test_an_error_shows_what_it_can_of_a_name(terminal: Terminal, shown: str) -> None:
-    assert f"BOARD '{shown}'" in terminal.run("drop", NAME, "--seed", 1, code=2)
-
-
-def test_a_file_s_name_that_is_not_text_is_shown(terminal: Terminal, tmp_path: Path) -> None:
-    """On Linux a file's name is bytes, which Python keeps as lone surrogates."""
-    path = tmp_path / os.fsdecode(b"\xff.png")
-    assert r"\udcff.png: " in terminal.run("render", "triangle-8", path, "--seed", 1)
+    record.write_bytes(screen.written("drop", board, "--seed", 1, "--json"))
+    assert screen.run("verify", record).startswith("reproduced")
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])

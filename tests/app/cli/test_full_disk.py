@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from plinko.app.cli import main
+from plinko.app.cli.boards import odds
 from plinko.engine.payouts.record import shipped, to_text
+from tests.app.cli.conftest import Terminal
 
 ROOM: int = 300  # bytes that a file may have here
 
@@ -42,53 +43,43 @@ WRITING = {
 
 @pytest.mark.parametrize("name", WRITING)
 def test_a_full_disk_leaves_the_file_as_it_was(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, plinko: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(odds, "STEP", 60)
     out, result = tmp_path / name, tmp_path / "result.json"
-    assert main(["simulate", "triangle-8", "--drops", "9", "--resume", str(result)]) == 0
+    plinko.run("simulate", "triangle-8", "--drops", "9", "--resume", result)
     if name == "record.json":
         out.write_text(to_text({"triangle-8": shipped()["triangle-8"].solved_again("triangle-8")}))
-    capsys.readouterr()
     before = {each.name: each.read_bytes() for each in tmp_path.iterdir()}
     with little_room():
-        code = main([each.format(out=out, result=result) for each in WRITING[name]])
-    _, err = capsys.readouterr()
+        code, _, err = plinko.try_run(*(s.format(out=out, result=result) for s in WRITING[name]))
     assert code == 2
     assert err.splitlines()[-1] == f"plinko: {out}: File too large"
     assert {each.name: each.read_bytes() for each in tmp_path.iterdir()} == before
 
 
-def test_a_full_disk_leaves_no_film(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_full_disk_leaves_no_film(tmp_path: Path, plinko: Terminal) -> None:
     """A film as MP4 is made in the folder for temporary files, which may be the full one."""
     with little_room():
-        code = main([each.format(out=tmp_path / "drop.mp4") for each in (*ONE, "--fps", "1")])
-    err = capsys.readouterr().err
-    assert (code, err.count("\n")) == (2, 1)
+        err = plinko.refuses(*(s.format(out=tmp_path / "drop.mp4") for s in (*ONE, "--fps", "1")))
     assert err.endswith("film.mp4: File too large\n")
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("ending", [".png", ".csv", ".json"])
+@pytest.mark.parametrize("name", ["drop.png", "rows.csv", "board.json"])
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
-def test_a_device_is_written_and_stays(
-    ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / f"full{ending}"
+def test_a_device_is_written_and_stays(name: str, tmp_path: Path, plinko: Terminal) -> None:
+    out = tmp_path / name
     out.symlink_to("/dev/full")
-    arguments = {
-        ".png": ("render", "triangle-8", str(out), "--seed", "1"),
-        ".csv": ("simulate", "triangle-8", "--drops", "9", "--out", str(out)),
-        ".json": ("payouts", "triangle-8", "--drops", "100", "--out", str(out)),
-    }[ending]
-    assert main(arguments) == 2
-    assert capsys.readouterr().err == f"plinko: {out}: No space left on device\n"
+    said = plinko.refuses(*(each.format(out=out) for each in WRITING[name]))
+    assert said == f"plinko: {out}: No space left on device\n"
     assert out.is_symlink()
 
 
-def test_a_file_is_replaced_behind_its_link(tmp_path: Path) -> None:
+def test_a_file_is_replaced_behind_its_link(tmp_path: Path, plinko: Terminal) -> None:
     target, link = tmp_path / "drop.png", tmp_path / "latest.png"
     target.write_bytes(b"an older picture")
     link.symlink_to(target)
-    assert main(["render", "triangle-8", str(link), "--seed", "1"]) == 0
+    plinko.run("render", "triangle-8", link, "--seed", "1")
     assert link.is_symlink()
     assert target.read_bytes().startswith(b"\x89PNG")

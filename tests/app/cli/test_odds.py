@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from plinko.app.cli import main
 from plinko.app.cli.boards import odds
 from plinko.engine import Board, drop_many
 from plinko.engine.board.payouts import TABLES
 from plinko.engine.payouts.landings import Landings
 from plinko.engine.payouts.odds import odds_of
 from plinko.engine.payouts.record import Counted, from_text, shipped, to_text
+from tests.app.cli.conftest import Terminal
 
 NAME = "triangle-8"
 CHOSE = Landings(None, tuple(drop_many(NAME, range(3000)).histogram.tolist()), 0)
@@ -27,45 +27,38 @@ def record(tmp_path: Path) -> Path:
 
 
 def test_counting_goes_on_where_it_was_and_is_saved_as_it_goes(
-    record: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    record: Path, monkeypatch: pytest.MonkeyPatch, plinko: Terminal
 ) -> None:
     monkeypatch.setattr(odds, "STEP", 60)
     for total in (60, 120):
-        assert main(["odds", "--record", str(record), "--count", "--hours", "0"]) == 0
+        code, out, _ = plinko.try_run("odds", "--record", record, "--count", "--hours", 0)
+        assert code == 0
         counted = from_text(record.read_text())[NAME]
         assert counted.blocks[0] == (CHOSE,)
         assert counted.fresh(NAME)[0].histogram == tuple(
             drop_many(NAME, range(3000, 3000 + total)).histogram.tolist()
         )
-    assert "60 drops in 0.00 h; still to do: 1 interval, " in capsys.readouterr().out
+    assert "60 drops in 0.00 h; still to do: 1 interval, " in out
     assert list(record.parent.iterdir()) == [record]
 
 
 def test_a_table_solved_again_uses_all_counts_and_starts_judging(
-    record: Path, capsys: pytest.CaptureFixture[str]
+    record: Path, plinko: Terminal
 ) -> None:
-    assert main(["odds", "--record", str(record), "--solve", NAME]) == 0
-    pays = [float(each) for each in capsys.readouterr().out.split("  ")[-1].split(",")]
+    out = plinko.run("odds", "--record", record, "--solve", NAME)
+    pays = [float(each) for each in out.split("  ")[-1].split(",")]
     assert odds_of(CHOSE, pays).returned == pytest.approx(0.99, abs=5e-4)
     assert pays[0] == pytest.approx(TABLES[NAME].half[0], rel=0.3)
     assert from_text(record.read_text())[NAME].fresh(NAME)[0].first == CHOSE.drops
 
 
-def test_the_shipped_record_is_shown_in_full_and_not_changed(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main(["odds"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_the_shipped_record_is_shown_in_full_and_not_changed(plinko: Terminal) -> None:
+    lines = plinko.run("odds").splitlines()
     assert len(lines) == 3 + sum(len(counted.chosen) for counted in shipped().values())
     assert lines[2].startswith("| `triangle-8` | 99.")
     assert " 0 of them unsettled" in lines[-1]
-    assert main(["odds", "--count"]) == 2
-    assert "name it with --record" in capsys.readouterr().err
-
-
-def test_the_record_as_json_has_the_odds_of_each_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["odds", "--json"]) == 0
-    shown = json.loads(capsys.readouterr().out)
+    assert "name it with --record" in plinko.refuses("odds", "--count")
+    shown = plinko.json("odds")
     tables = {name: counted for counted in shipped().values() for name in counted.chosen}
     assert set(shown) == set(tables)
     for name, counted in tables.items():
@@ -73,4 +66,4 @@ def test_the_record_as_json_has_the_odds_of_each_table(capsys: pytest.CaptureFix
         assert shown[name] == [
             json.loads(json.dumps(odds_of(each, pays).to_dict())) for each in counted.fresh(name)
         ]
-    assert main(["odds", "--json", "--solve", NAME, "--record", "x"]) == 2
+    plinko.refuses("odds", "--json", "--solve", NAME, "--record", "x")

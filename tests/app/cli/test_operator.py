@@ -7,7 +7,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
-from plinko.app.cli import main
+from tests.app.cli.conftest import Terminal
 from tests.kit.port import free_port
 
 
@@ -27,7 +27,7 @@ def a_server_that_answers(status: int, body: bytes) -> Iterator[str]:
             pass
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Answers) as server:
-        thread = threading.Thread(target=server.serve_forever)
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:
             yield f"http://127.0.0.1:{server.server_port}"
@@ -36,33 +36,26 @@ def a_server_that_answers(status: int, body: bytes) -> Iterator[str]:
             thread.join()
 
 
-Said = pytest.CaptureFixture[str]
-
-
 @pytest.mark.parametrize(
     ("status", "body"),
     [(502, b"<h1>Bad Gateway</h1>"), (200, b"<!doctype html>"), (200, b"[]"), (404, b"")],
 )
-def test_an_answer_of_another_program_is_reported(status: int, body: bytes, capsys: Said) -> None:
+def test_an_answer_of_another_program_is_reported(
+    status: int, body: bytes, plinko: Terminal
+) -> None:
     with a_server_that_answers(status, body) as url:
-        assert main(["halt", url]) == 2
-    told = capsys.readouterr().err
+        told = plinko.refuses("halt", url)
     why = f"it answered {status} without a JSON object"
     assert told == f"plinko: {url} is not a Plinko server: {why}\n"
 
 
-def test_a_refusal_is_reported_with_the_server_s_reason(capsys: Said) -> None:
+def test_what_failed_is_reported(plinko: Terminal) -> None:
+    """A refusal with the server's reason, an address without a server, and an invalid address."""
     with a_server_that_answers(403, b'{"detail": "only an operator halts tables"}') as url:
-        assert main(["halt", url]) == 2
-    assert capsys.readouterr().err == f"plinko: {url}: only an operator halts tables\n"
-
-
-def test_an_address_without_a_server_is_reported(capsys: Said) -> None:
+        assert plinko.refuses("halt", url) == f"plinko: {url}: only an operator halts tables\n"
     url = f"http://127.0.0.1:{free_port()}"
-    assert main(["rooms", "move", "main", "elsewhere", url]) == 2
-    assert "Connection refused" in capsys.readouterr().err
-
-
-def test_an_invalid_address_is_not_asked(capsys: Said) -> None:
-    assert main(["halt", "ftp://table"]) == 2
-    assert "is not an address such as http://127.0.0.1:8000" in capsys.readouterr().err
+    for command in (("rooms", "move", "main", "elsewhere"), ("halt",)):
+        assert "Connection refused" in plinko.refuses(*command, url)
+    for address in ("ftp://table", "nowhere"):
+        said = f"{address!r} is not an address such as http://127.0.0.1:8000"
+        assert said in plinko.refuses("halt", address)

@@ -6,14 +6,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from tests.app.ops.rare import rare_readings
 from tests.kit.serving import Running
-from tests.kit.waiting import LIMIT
 
 DEPLOY = Path(__file__).parents[3] / "deploy"
 DASHBOARD = DEPLOY / "grafana" / "dashboard.json"
@@ -36,9 +34,7 @@ def panels() -> list[dict[str, Any]]:
 def samples(server: Running) -> dict[str, set[str]]:
     """The labels of each sample in /metrics by its name, including those of rare metrics."""
     found: dict[str, set[str]] = {}
-    for family in text_string_to_metric_families(
-        httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
-    ):
+    for family in text_string_to_metric_families(server.get("/metrics").text):
         for sample in family.samples:
             found.setdefault(sample.name, set()).update(sample.labels)
     found["up"] = set()  # made by Prometheus for each server that it scrapes

@@ -7,11 +7,10 @@ import subprocess
 import sys
 from typing import Any
 
-import httpx
 import pytest
 
 from plinko.app.ops.logs import JsonFormatter, TextFormatter, configure
-from tests.kit.serving import serving
+from tests.kit.serving import Running, serving
 from tests.kit.waiting import LIMIT
 
 
@@ -53,7 +52,7 @@ def test_a_failing_request_is_logged_without_its_query(
 
     monkeypatch.setattr("plinko.app.rooms.boards.Boards.find", fail)
     with serving() as server, caplog.at_level(logging.INFO):
-        answer = httpx.get(f"{server.url}/api/v1/drops/triangle-8/1?x=0.0625", timeout=LIMIT)
+        answer = server.get("/api/v1/drops/triangle-8/1?x=0.0625")
     assert answer.status_code == 500
     assert "a bug" not in answer.text
     assert answer.headers["content-type"] == "application/problem+json"
@@ -95,14 +94,13 @@ def test_every_line_is_json_whatever_python_has_to_say() -> None:
 
 
 def test_each_request_is_a_line_at_the_level_debug_without_its_query(
-    caplog: pytest.LogCaptureFixture,
+    server: Running, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = "/api/v1/drops/triangle-8/1"
-    with serving() as server:
-        with caplog.at_level(logging.INFO, "plinko"):
-            httpx.get(f"{server.url}{path}?x=0.0625", timeout=LIMIT)
-        with caplog.at_level(logging.DEBUG, "plinko"):
-            answer = httpx.get(f"{server.url}{path}?x=0.0625", timeout=LIMIT)
+    with caplog.at_level(logging.INFO, "plinko"):
+        server.get(f"{path}?x=0.0625")
+    with caplog.at_level(logging.DEBUG, "plinko"):
+        answer = server.get(f"{path}?x=0.0625")
     (line,) = [vars(each) for each in caplog.records if each.getMessage() == "request"]
     assert (line["client"], line["method"], line["path"]) == ("127.0.0.1", "GET", path)
     assert (line["status"], line["request"]) == (200, answer.headers["x-request-id"])

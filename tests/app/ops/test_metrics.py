@@ -3,19 +3,19 @@
 import re
 from pathlib import Path
 
-import httpx
 from prometheus_client.parser import text_string_to_metric_families
 
 from plinko.app.ops.metrics import Metrics
+from tests.app.conftest import TINY
 from tests.app.ops.rare import rare_readings
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
-from tests.kit.waiting import LIMIT, eventually
+from tests.kit.waiting import eventually
 
 
 def scrape(server: Running) -> dict[str, float]:
     """Samples without labels by name, and those with a code or result by name and code."""
-    response = httpx.get(f"{server.url}/metrics", timeout=LIMIT)
+    response = server.get("/metrics")
     assert response.status_code == 200
     assert response.headers["content-type"].startswith("text/plain")
     samples = {}
@@ -33,7 +33,10 @@ async def test_a_game_shows_in_every_count() -> None:
         before = scrape(server)
         assert before["plinko_clients"] == before["plinko_balls"] == 0
         assert before["plinko_ticker_asleep"] == 1
-        async with playing(server.socket("triangle-8")) as player:
+        with server.client() as http:
+            slow = {**TINY, "gravity": 1.0}  # the ball falls for two seconds
+            room = http.post("/api/v1/rooms", json={"board": slow}).json()["id"]
+        async with playing(server.socket(room)) as player:
             await player.send(type="drop", seed=42)
             for wrong in ({"type": "fly"}, {"type": "drop", "x": 1e3}):
                 await player.send(**wrong)
@@ -67,13 +70,12 @@ async def test_a_game_shows_in_every_count() -> None:
         assert after["process_resident_memory_bytes"] > 1e7
 
 
-def test_errors_over_http_are_counted_by_code() -> None:
-    with serving() as server:
-        httpx.get(f"{server.url}/api/v1/drops/nope/1", timeout=LIMIT)
-        httpx.get(f"{server.url}/api/v1/drops/triangle-8/x", timeout=LIMIT)
-        found = scrape(server)
-        assert found["plinko_errors_total unknown-board"] == 1
-        assert found["plinko_errors_total bad-seed"] == 1
+def test_errors_over_http_are_counted_by_code(server: Running) -> None:
+    for path, code in (("nope/1", "unknown-board"), ("triangle-8/x", "bad-seed")):
+        name = f"plinko_errors_total {code}"
+        before = scrape(server).get(name, 0)
+        server.get(f"/api/v1/drops/{path}")
+        assert scrape(server)[name] == before + 1
 
 
 def test_openmetrics_is_served_on_request() -> None:
@@ -94,9 +96,7 @@ def test_every_metric_is_documented_and_every_documented_exists(server: Running)
     documented = set(re.findall(r"`(plinko_\w+)[`{]", text))
     there = {
         family.name + ("_total" if family.type == "counter" else "")
-        for family in text_string_to_metric_families(
-            httpx.get(f"{server.url}/metrics", timeout=LIMIT).text
-        )
+        for family in text_string_to_metric_families(server.get("/metrics").text)
         if family.name.startswith("plinko_") and not family.name.endswith("_created")
     }
     assert documented == there | {name for name, *_ in rare_readings()}

@@ -3,6 +3,7 @@
 from itertools import pairwise
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 
@@ -199,23 +200,6 @@ def test_paths_are_known_of_live_balls_of_the_exact_solver_only() -> None:
         stepped.trajectory(stepped.add(seed=1))
 
 
-async def test_a_live_client_draws_the_drop_from_one_message(server: Running) -> None:
-    board = Board.preset("triangle-8")
-    async with playing(server.socket("triangle-8?stream=paths")) as player:
-        hello = player.hello
-        assert (hello["stream"], hello["protocol"]) == ("paths", 2)
-        await player.send(type="drop", seed=42)
-        accepted = await player.until("accepted")
-        (path,) = decoder.paths(await binary(player))
-        landed = await player.until("landed", ball=accepted["ball"])
-    assert path["ball"] == accepted["ball"]
-    place, _ = errors(board, flight_of(board, 42), path["knots"])
-    assert place <= ERROR
-    assert landed["t"] == drop(board, 42).duration
-    assert len(player.binaries) == 1
-    assert set(player.kinds()) <= {"accepted", "landed", "clock"}
-
-
 async def binary(player: Any) -> bytes:
     while not isinstance(frame := await player.step(), bytes):
         pass
@@ -233,30 +217,32 @@ async def test_a_hello_is_followed_by_the_flights_in_the_air(server: Running) ->
     assert path["knots"][-1]["t"] == np.float32(drop("triangle-16", 3).duration)
 
 
-async def test_both_streams_of_a_room_have_the_same_landing(server: Running) -> None:
-    async with (
-        playing(server.socket("triangle-8")) as whole,
-        playing(server.socket("triangle-8?stream=paths")) as cut,
-    ):
-        await whole.send(type="drop", seed=3)
-        landings = [await each.until("landed", seed="3") for each in (whole, cut)]
-    assert landings[0] == landings[1]
-    assert sum(map(len, cut.binaries)) < sum(map(len, whole.binaries))
-
-
-async def test_a_clock_says_how_many_events_there_were(server: Running) -> None:
-    async with (
-        playing(server.socket("triangle-8")),  # its client receives contacts
-        playing(server.socket("triangle-8?stream=paths")) as player,
-    ):
+async def test_a_live_client_draws_the_drop_from_one_message(
+    server: Running, http: httpx.Client
+) -> None:
+    board = Board.preset("triangle-8").replace(gravity=50.0)
+    room = http.post("/api/v1/rooms", json={"board": board.to_dict()}).json()["id"]
+    url = server.socket(room, "?stream=paths")
+    async with playing(server.socket(room)) as whole, playing(url) as player:
         hello = player.hello
-        await player.send(type="drop", seed=3)
+        assert (hello["stream"], hello["protocol"]) == ("paths", 2)
+        await player.send(type="drop", seed=1)
+        accepted = await player.until("accepted")
+        (path,) = decoder.paths(await binary(player))
         clock = hello
         # More than the one event it received: contacts count, although `paths` omits them.
         while clock["seq"] <= hello["seq"] + 1:
             clock = await player.until("clock")
-        landed = await player.until("landed", seed="3")
-    async with playing(server.socket("triangle-8?stream=paths")) as again:
+        landed = await player.until("landed", ball=accepted["ball"])
+        assert await whole.until("landed") == landed, "both streams have the same landing"
+    assert path["ball"] == accepted["ball"]
+    place, _ = errors(board, flight_of(board, 1), path["knots"])
+    assert place <= ERROR
+    assert landed["t"] == drop(board, 1).duration
+    assert len(player.binaries) == 1
+    assert len(player.binaries[0]) < sum(map(len, whole.binaries))
+    assert set(player.kinds()) <= {"accepted", "landed", "clock"}
+    async with playing(url) as again:
         asked = {"run": hello["run"], "key": hello["key"], "since": clock["seq"]}
         await again.send(type="resume", **asked)
         missed = await again.until("missed")
