@@ -36,6 +36,9 @@ def stakes_on_tiny() -> Iterator[None]:
         yield
 
 
+# Balls land in two ticks, where a test needs a landing and no flight.
+QUICK: Final[dict[str, Any]] = {**TINY, "gravity": 4000.0}
+
 # One address may open a tenth of the rooms.
 PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "max_rooms": 100_000}
 

@@ -9,7 +9,7 @@ import httpx
 
 from plinko.app.rooms.log import verify_log
 from plinko.engine import Board, drop
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK, TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running, serving
 
@@ -37,7 +37,7 @@ def opened(http: httpx.Client, board: Any = TINY, **more: Any) -> tuple[str, dic
 async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
     server: Running, http: httpx.Client
 ) -> None:
-    room, own = opened(http)
+    room, own = opened(http, QUICK)
     path = f"/api/v1/rooms/{room}/drops"
     mark = {"who": f"mark of {room}"}
     async with (
@@ -50,7 +50,7 @@ async def test_a_tag_is_sent_with_its_drop_and_adds_no_other_field(
         briefly = await both(brief, "accepted")
     for told in ((reply, plain), accepted, landed, briefly):
         assert [tag_of(each) for each in told] == [TAG, NO_TAG]
-    assert landed[0]["digest"] == drop(Board.from_json(TINY), 1).digest
+    assert landed[0]["digest"] == drop(Board.from_json(QUICK), 1).digest
     log = http.get(f"/api/v1/rooms/{room}/log").json()
     assert [tag_of(each) for each in log["drops"]] == [TAG, NO_TAG]
     bare = {**log, "drops": [{k: v for k, v in d.items() if k not in TAG} for d in log["drops"]]}

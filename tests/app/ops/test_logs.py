@@ -122,9 +122,11 @@ def test_events_already_logged_get_no_second_line(
         except type(error):
             log.exception("Exception in ASGI application")
     log.error("ASGI callable returned without completing response.")
+    log.warning("Invalid HTTP request received.")
     log.error("Cancel 3 running task(s), timeout graceful shutdown exceeded")
     lines = capsys.readouterr().err.splitlines()
     assert [line for line in lines if "ERROR" in line] == [lines[0], lines[-1]]
+    assert not [line for line in lines if "WARNING" in line]
     assert "Exception in ASGI application" in lines[0]
     assert lines[-2] == "ValueError: a fault"
     assert lines[-1].endswith("Cancel 3 running task(s), timeout graceful shutdown exceeded")

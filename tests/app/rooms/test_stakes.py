@@ -30,7 +30,7 @@ from plinko.engine.board.worlds import WORLDS
 from plinko.engine.drops.flight import fly
 from plinko.engine.payouts.listing import LEAST_RETURN, MOST_RETURN
 from plinko.engine.payouts.record import odds_of_record
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK, TINY
 from tests.kit.player import Player, playing
 from tests.kit.serving import Running
 
@@ -63,7 +63,7 @@ def test_the_largest_stake_is_the_last_that_pays_at_most_2_53(multipliers: list[
             check_payout(most + 1, multipliers)
 
 
-_TINY = Board.from_json(TINY).to_dict()
+_TINY = Board.from_json(QUICK).to_dict()
 _BINS = {**_TINY["bins"], "multipliers": [1e9] * len(_TINY["bins"]["multipliers"])}
 RICH = {**_TINY, "bins": _BINS}
 
@@ -127,7 +127,7 @@ async def begun(player: Player) -> tuple[str, dict[str, str]]:
 
 
 async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client) -> None:
-    opened = http.post("/api/v1/rooms", json={"board": TINY}).json()
+    opened = http.post("/api/v1/rooms", json={"board": QUICK}).json()
     room, headers = opened["id"], {"authorization": f"Bearer {opened['token']}"}
     async with playing(server.socket(room)) as player:
         session, shown = await begun(player)
@@ -152,7 +152,7 @@ async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client
 
 
 async def test_a_stake_of_zero_is_no_stake(server: Running, http: httpx.Client) -> None:
-    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    room = http.post("/api/v1/rooms", json={"board": QUICK}).json()["id"]
     async with playing(server.socket(room)) as player:
         await player.send(type="drop", seed=1, stake=0)
         assert "stake" not in await player.until("accepted")

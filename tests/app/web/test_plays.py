@@ -11,12 +11,12 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.app.live.sessions.test_fair_sessions import begun
 from tests.kit.serving import serving
 from tests.kit.waiting import until
 
-BOARD = {**TINY, "drop": {"x": 0.0, "y": 0.0, "jitter": 0.25, "reach": 0.5, "aim": 0.25}}
+BOARD = {**QUICK, "drop": {"x": 0.0, "y": 0.0, "jitter": 0.25, "reach": 0.5, "aim": 0.25}}
 MARK = "mark of nobody else"
 PLAYS = f"/api/v1/players/{MARK}/plays"
 
@@ -69,7 +69,7 @@ def test_the_last_play_comes_first_with_total_stake_and_payout(
 
 
 def test_the_best_plays_of_a_day_paid_most(http: httpx.Client) -> None:
-    tiny: Any = TINY
+    tiny: Any = QUICK
     bins = {**tiny["bins"], "multipliers": [12.0, 12.0]}
     room = http.post("/api/v1/rooms", json={"board": {**BOARD, "bins": bins}}).json()["id"]
     best = f"/api/v1/rooms/{room}/best"
@@ -221,9 +221,9 @@ def test_a_room_recalls_the_plays_of_all_since_it_was_reset(http: httpx.Client) 
 
 
 def test_a_room_s_table_says_what_each_ball_has_won(http: httpx.Client) -> None:
-    bins: Any = TINY["bins"]
+    bins: Any = QUICK["bins"]
     labels = [{"text": f"prize {number}"} for number in range(len(bins["multipliers"]))]
-    board = {**TINY, "bins": {**bins, "labels": labels}}
+    board = {**QUICK, "bins": {**bins, "labels": labels}}
     room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
     landed = played(http, room, seed="7")["landed"]
     address = f"/api/v1/rooms/{room}/plays"

@@ -11,14 +11,14 @@ from plinko.app.computing import tasks
 from plinko.app.errors import InvalidValueError
 from plinko.app.rooms.log import verify_log
 from plinko.engine import Board
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 
 DROP = "/api/v1/drops/triangle-8/42"
 
 
 def opened(http: httpx.Client, **body: Any) -> tuple[str, dict[str, str]]:
     """Create a room; returns its path and the headers with its token."""
-    room = http.post("/api/v1/rooms", json=body or {"board": TINY}).json()
+    room = http.post("/api/v1/rooms", json=body or {"board": QUICK}).json()
     return f"/api/v1/rooms/{room['id']}", {"authorization": f"Bearer {room['token']}"}
 
 
@@ -140,7 +140,7 @@ def test_one_room_is_found_whatever_page_it_would_be_on(http: httpx.Client) -> N
 
 
 def test_rooms_of_one_mode_come_in_pages_of_their_own(http: httpx.Client) -> None:
-    for body in ({"board": TINY}, {"board": TINY, "mode": "interacting"}, {"scene": "sandbox"}):
+    for body in ({"board": QUICK}, {"board": QUICK, "mode": "interacting"}, {"scene": "sandbox"}):
         opened(http, **body)
     every = http.get("/api/v1/rooms").json()["rooms"]
     for mode in ("independent", "interacting", "scene"):
@@ -153,7 +153,7 @@ def test_rooms_of_one_mode_come_in_pages_of_their_own(http: httpx.Client) -> Non
 
 
 def test_one_board_is_found_by_its_digest(http: httpx.Client) -> None:
-    own = http.post("/api/v1/boards", json={**TINY, "name": "one of many"}).json()["digest"]
+    own = http.post("/api/v1/boards", json={**QUICK, "name": "one of many"}).json()["digest"]
     preset = Board.preset("triangle-12")
     for digest, name, is_preset in (
         (own, "one of many", False),
@@ -201,7 +201,7 @@ def test_a_closed_rooms_log_stays_readable_and_verifies(http: httpx.Client) -> N
     assert shown["drops"][2]["who"] == "ann"
 
 
-@pytest.mark.parametrize("kind", [{"board": TINY}, {"scene": {"scene": "sandbox", "balls": 3}}])
+@pytest.mark.parametrize("kind", [{"board": QUICK}, {"scene": {"scene": "sandbox", "balls": 3}}])
 def test_verify_takes_a_rooms_log(http: httpx.Client, kind: dict[str, Any]) -> None:
     room, token = opened(http, **kind)
     if "board" in kind:
@@ -233,6 +233,6 @@ def test_a_year_between_two_drops_of_a_table_costs_a_check_nothing(http: httpx.C
 
 
 def test_the_board_of_a_room_is_known_by_its_digest(http: httpx.Client) -> None:
-    form = {**TINY, "name": "only a room's"}
+    form = {**QUICK, "name": "only a room's"}
     room = http.post("/api/v1/rooms", json={"board": form}).json()
     assert http.get(f"/api/v1/boards/{room['board_digest']}").json()["name"] == "only a room's"

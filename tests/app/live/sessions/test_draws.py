@@ -9,7 +9,7 @@ import pytest
 from plinko.app.rooms.canonical import canonical
 from plinko.app.rooms.log import verify_log
 from plinko.engine import Board, drop, find_draw
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.app.live.sessions.test_fair_sessions import (
     COMMITMENT,
     SEED,
@@ -21,13 +21,13 @@ from tests.app.live.sessions.test_fair_sessions import (
 from tests.kit.player import playing
 from tests.kit.serving import Running
 
-BOARD = Board.from_json(TINY)
+BOARD = Board.from_json(QUICK)
 ODDS = [9999, 1]
 DRAW = find_draw(BOARD, ODDS, per_bin=5)
 
 
 def opening(**changes: Any) -> dict[str, Any]:
-    return {"board": TINY, "mode": "draw", "draw": DRAW, **changes}
+    return {"board": QUICK, "mode": "draw", "draw": DRAW, **changes}
 
 
 @pytest.fixture(scope="module")
@@ -182,6 +182,6 @@ def test_the_owner_of_a_room_names_the_drops_of_a_session(
     assert answer.status_code == 403
     answer = http.post("/api/v1/sessions", json=body, headers=their_token)
     assert answer.status_code == 403
-    another = http.post("/api/v1/rooms", json={"board": TINY}).json()
+    another = http.post("/api/v1/rooms", json={"board": QUICK}).json()
     answer = http.post("/api/v1/sessions", json=body, headers=bearer(another["token"]))
     assert answer.status_code == 403

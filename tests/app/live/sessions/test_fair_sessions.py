@@ -13,7 +13,7 @@ from plinko.app.fairness.export import read_export
 from plinko.app.fairness.signing import is_signed
 from plinko.app.settings import page_kernels
 from plinko.engine.merkle import is_consistent
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.kit.player import playing
 from tests.kit.serving import Running
 from tests.kit.waiting import until
@@ -58,7 +58,7 @@ def drops_of(http: httpx.Client, session: str, shown: dict[str, str]) -> list[di
 
 @pytest.fixture(scope="module")
 def tiny(http: httpx.Client) -> str:
-    room: str = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    room: str = http.post("/api/v1/rooms", json={"board": QUICK}).json()["id"]
     return room
 
 

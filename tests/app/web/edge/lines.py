@@ -240,6 +240,12 @@ class Server:
             each.shutdown()
 
 
+def dialled(**limits: Any) -> tuple[Server, Line]:
+    """A new server, and a connection to it."""
+    server = Server(**limits)
+    return server, server.dial()
+
+
 def problem(line: Line) -> dict[str, Any]:
     """The problem in the response; the response must close the connection."""
     assert line.closed

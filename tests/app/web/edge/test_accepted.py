@@ -5,7 +5,6 @@ import httpx
 import pytest
 
 from plinko.app.web.edge.accepted import accepts_brotli, accepts_gzip, asks_for, weights
-from tests.kit.serving import Running
 
 
 @pytest.mark.parametrize(
@@ -43,19 +42,15 @@ GZIP = {
 }
 
 
-@pytest.mark.parametrize(("header", "compressed"), GZIP.items())
-def test_a_response_is_compressed_for_clients_that_accept_it(
-    server: Running, header: str, compressed: bool
-) -> None:
-    assert accepts_gzip(header) == compressed
-    answer = httpx.get(f"{server.url}/api/v1/boards/classic", headers={"accept-encoding": header})
-    assert answer.headers.get("content-encoding") == ("gzip" if compressed else None)
-    assert "accept-encoding" in answer.headers["vary"].lower()
-
-
-def test_a_header_in_two_lines_is_one(server: Running) -> None:
+def test_a_response_is_compressed_for_clients_that_accept_it(http: httpx.Client) -> None:
+    for header, compressed in GZIP.items():
+        assert accepts_gzip(header) == compressed, header
+        answer = http.get("/api/v1/boards/classic", headers={"accept-encoding": header})
+        assert answer.headers.get("content-encoding") == ("gzip" if compressed else None), header
+        assert "accept-encoding" in answer.headers["vary"].lower()
+    # A header in two lines is one.
     lines = [("accept-encoding", "br"), ("accept-encoding", "gzip")]
-    answer = httpx.get(f"{server.url}/api/v1/boards/classic", headers=lines)
+    answer = http.get("/api/v1/boards/classic", headers=lines)
     assert answer.headers["content-encoding"] == "gzip"
 
 
@@ -73,30 +68,25 @@ BROTLI = {
 }
 
 
-@pytest.mark.parametrize(("header", "packed"), BROTLI.items())
-def test_a_page_s_file_is_in_brotli_for_clients_that_accept_it(
-    server: Running, header: str, packed: bool
-) -> None:
-    assert accepts_brotli(header) == packed
-    path = f"{server.url}/theme.json"
-    plain = httpx.get(path, headers={"accept-encoding": "identity"})
-    with httpx.stream("GET", path, headers={"accept-encoding": header}) as answer:
-        body = b"".join(answer.iter_raw())
-    assert (answer.headers.get("content-encoding") == "br") == packed
-    assert "accept-encoding" in answer.headers["vary"].lower()
-    assert answer.headers["content-type"] == plain.headers["content-type"]
-    if packed:
-        assert brotli.decompress(body) == plain.content
-        assert answer.headers["etag"] == f"W/{plain.headers['etag']}"
-        known = httpx.get(path, headers={"if-none-match": answer.headers["etag"]})
-        assert known.status_code == 304
-
-
-def test_a_part_of_a_file_is_a_part_of_the_file(server: Running) -> None:
+def test_a_page_s_file_is_in_brotli_for_clients_that_accept_it(http: httpx.Client) -> None:
+    plain = http.get("/theme.json", headers={"accept-encoding": "identity"})
+    for header, packed in BROTLI.items():
+        assert accepts_brotli(header) == packed, header
+        asked = {"accept-encoding": header}
+        with http.stream("GET", "/theme.json", headers=asked) as answer:
+            body = b"".join(answer.iter_raw())
+        assert (answer.headers.get("content-encoding") == "br") == packed, header
+        assert "accept-encoding" in answer.headers["vary"].lower()
+        assert answer.headers["content-type"] == plain.headers["content-type"]
+        if packed:
+            assert brotli.decompress(body) == plain.content
+            assert answer.headers["etag"] == f"W/{plain.headers['etag']}"
+            known = {"if-none-match": answer.headers["etag"]}
+            assert http.get("/theme.json", headers=known).status_code == 304
+    # A part of a file is a part of the file itself.
     asked = {"accept-encoding": "br", "range": "bytes=0-9"}
-    part = httpx.get(f"{server.url}/theme.json", headers=asked)
-    whole = httpx.get(f"{server.url}/theme.json", headers={"accept-encoding": "identity"})
-    assert (part.status_code, part.content) == (206, whole.content[:10])
+    part = http.get("/theme.json", headers=asked)
+    assert (part.status_code, part.content) == (206, plain.content[:10])
 
 
 TABLES = {
@@ -117,14 +107,12 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize(("header", "table"), TABLES.items())
-def test_a_list_of_plays_is_a_table_for_clients_that_ask_for_it(
-    http: httpx.Client, header: str, table: bool
-) -> None:
-    assert asks_for(header, "text/csv", "application/json") == table
-    answer = http.get("/api/v1/players/somebody/plays", headers={"accept": header})
-    kind = "text/csv" if table else "application/json"
-    assert answer.headers["content-type"].partition(";")[0] == kind
+def test_a_list_of_plays_is_a_table_for_clients_that_ask_for_it(http: httpx.Client) -> None:
+    for header, table in TABLES.items():
+        assert asks_for(header, "text/csv", "application/json") == table, header
+        answer = http.get("/api/v1/players/somebody/plays", headers={"accept": header})
+        kind = "text/csv" if table else "application/json"
+        assert answer.headers["content-type"].partition(";")[0] == kind, header
 
 
 @pytest.mark.parametrize(

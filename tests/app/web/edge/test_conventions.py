@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from plinko.app.web.limits import TokenBucket
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.app.test_errors import RESPONSES
 from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT
@@ -70,7 +70,7 @@ def test_json_by_any_of_its_names_is_read(http: httpx.Client, kind: str) -> None
 
 
 def test_rooms_and_plays_and_logs_link_to_their_next_pages(http: httpx.Client) -> None:
-    room = http.post("/api/v1/rooms", json={"board": TINY}).json()["id"]
+    room = http.post("/api/v1/rooms", json={"board": QUICK}).json()["id"]
     for seed in range(3):
         drop = {"seed": str(seed), "who": "conventions-0123456789"}
         landed = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json=drop)

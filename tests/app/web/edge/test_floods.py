@@ -53,24 +53,16 @@ def upgraded(line: socket.socket) -> None:
 
 @pytest.mark.parametrize(
     "frame",
-    [
-        framed(9, b""),
-        framed(9, b"x" * 125),
-        framed(10, b""),
-        framed(0, b"", fin=False),
-        framed(1, b'{"type":"ping","t":1}'),
-        framed(2, b""),
-    ],
-    ids=["ping", "long ping", "pong", "continuation", "message", "binary"],
+    [framed(9, b""), framed(1, b'{"type":"ping","t":1}'), framed(2, b"")],
+    ids=["ping", "message", "binary"],
 )
 def test_a_flood_of_frames_is_closed_with_1008(flooded: Running, frame: bytes) -> None:
     with dialled(flooded) as line:
         upgraded(line)
-        start = framed(1, b"", fin=False) if not frame[0] else b""
 
         def flood() -> None:
             with contextlib.suppress(OSError):
-                line.sendall(start + frame * 20_000)
+                line.sendall(frame * 20_000)
 
         sender = threading.Thread(target=flood)
         sender.start()
@@ -92,21 +84,16 @@ def test_pipelined_requests_cut_off_count_as_no_failure(
     assert [each.getMessage() for each in caplog.records] == []
 
 
-@pytest.mark.parametrize(
-    "sent",
-    [
-        HANDSHAKE + b"Content-Length: 5\r\n\r\nhello",
-        HANDSHAKE + b"Cookie: " + b"c" * 9000 + b"\r\n\r\n",
-        b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n",
-    ],
-    ids=["body", "long line", "no body"],
-)
-def test_no_connection_keeps_a_server_from_an_orderly_end(sent: bytes) -> None:
+def test_no_connection_keeps_a_server_from_an_orderly_end() -> None:
     with contextlib.ExitStack() as held:
         held.enter_context(constants(**{"plinko.app.listening.SHUTDOWN_SECONDS": 1}))
         with serving() as running:
-            line = held.enter_context(dialled(running))
-            line.sendall(sent)
+            for sent in (
+                HANDSHAKE + b"Content-Length: 5\r\n\r\nhello",
+                HANDSHAKE + b"Cookie: " + b"c" * 9000 + b"\r\n\r\n",
+                b"POST /api/v1/drops HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n",
+            ):
+                held.enter_context(dialled(running)).sendall(sent)
             running.get("/healthz")
         # A failure on the server's thread would fail this test, too.
         assert running.services.ticking is not None

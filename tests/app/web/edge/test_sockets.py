@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.app.live.garbled import framed
-from tests.app.web.edge.lines import Line, Server, problem
+from tests.app.web.edge.lines import Line, Server, dialled, problem
 
 PING, PONG, CONTINUATION, TEXT, CLOSE = 9, 10, 0, 1, 8
 
@@ -19,12 +19,14 @@ HANDSHAKE = (
 )
 
 
-def upgraded(server: Server) -> Line:
-    line = server.dial()
+def upgraded(max_message: int = 1 << 16, **limits: Any) -> tuple[Server, Line]:
+    """A new server, and a WebSocket connection to it."""
+    server, line = dialled(**limits)
+    server.config.ws_max_size = max_message
     server.feed(line, HANDSHAKE + b"\r\n")
     assert line.written.startswith(b"HTTP/1.1 101 ")
     line.written = b""
-    return line
+    return server, line
 
 
 def closing(line: Line) -> tuple[int, str]:
@@ -36,12 +38,15 @@ def closing(line: Line) -> tuple[int, str]:
     return struct.unpack("!H", payload[:2])[0], payload[2:].decode()
 
 
-@pytest.mark.parametrize("opcode", [PING, PONG, CONTINUATION])
-def test_a_flood_of_frames_without_a_message_is_closed_with_1008(opcode: int) -> None:
-    server = Server(frame_rate=100.0)
-    line = upgraded(server)
+@pytest.mark.parametrize(
+    ("opcode", "payload"), [(PING, b""), (PING, b"x" * 125), (PONG, b""), (CONTINUATION, b"")]
+)
+def test_a_flood_of_frames_without_a_message_is_closed_with_1008(
+    opcode: int, payload: bytes
+) -> None:
+    server, line = upgraded(frame_rate=100.0)
     start = framed(TEXT, b"", fin=False) if opcode == CONTINUATION else b""
-    server.feed(line, start + framed(opcode, b"", fin=opcode != CONTINUATION) * 10_000)
+    server.feed(line, start + framed(opcode, payload, fin=opcode != CONTINUATION) * 10_000)
     assert closing(line)[0] == 1008
     assert server.refused == {"too-many-messages": 1}
     assert len(line.arriving) > 9_000 * 6, "the rest is not read"
@@ -52,8 +57,7 @@ def test_a_flood_of_frames_without_a_message_is_closed_with_1008(opcode: int) ->
 
 
 def test_frames_within_the_limit_go_on_for_ever() -> None:
-    server = Server(frame_rate=100.0)
-    line = upgraded(server)
+    server, line = upgraded(frame_rate=100.0)
     for _ in range(100):
         server.feed(line, framed(PING, b"") * 100)
         server.loop.pass_(1.0)
@@ -62,8 +66,7 @@ def test_frames_within_the_limit_go_on_for_ever() -> None:
 
 
 def test_a_message_s_fragments_are_limited() -> None:
-    server = Server()
-    line = upgraded(server)
+    server, line = upgraded()
     whole = framed(TEXT, b"a", fin=False) + framed(CONTINUATION, b"a", fin=False) * 63
     server.feed(line, whole)
     assert not line.closed
@@ -72,8 +75,7 @@ def test_a_message_s_fragments_are_limited() -> None:
 
 
 def test_a_client_that_does_not_read_gets_no_pongs() -> None:
-    server = Server(frame_rate=1e6)
-    line = upgraded(server)
+    server, line = upgraded(frame_rate=1e6)
     line.connection.pause_writing()
     server.feed(line, framed(PING, b"x" * 125) * 1000)
     assert line.written == b""
@@ -84,8 +86,7 @@ def test_a_client_that_does_not_read_gets_no_pongs() -> None:
 
 
 def test_a_client_that_reads_nothing_has_its_close_answered() -> None:
-    server = Server()
-    line = upgraded(server)
+    server, line = upgraded()
     line.connection.pause_writing()
     server.feed(line, framed(PING, b"x") + framed(CLOSE, struct.pack("!H", 1000)))
     assert line.written == b"\x88\x02\x03\xe8"
@@ -93,9 +94,7 @@ def test_a_client_that_reads_nothing_has_its_close_answered() -> None:
 
 
 def test_a_message_over_the_limit_is_refused_before_it_is_whole() -> None:
-    server = Server()
-    server.config.ws_max_size = 4096
-    line = upgraded(server)
+    server, line = upgraded(max_message=4096)
     server.feed(line, framed(TEXT, b"x" * 100_000) * 3)
     assert closing(line)[0] == 1009
     assert line.written.count(b"\x88") == 1
@@ -113,12 +112,13 @@ def test_a_message_over_the_limit_is_refused_before_it_is_whole() -> None:
         (b"Cookie: " + b"c" * 9000 + b"\r\n\r\n", 431, "a line of the handshake is too long"),
         (b"Content-Length: 00\r\n\r\n", 400, "not a WebSocket handshake"),
         (b"Content-Length: 0\r\n\r\n", 101, ""),
+        (b"\r\n", 431, ""),
     ],
 )
 def test_a_handshake_that_cannot_be_read_is_answered(more: bytes, status: int, said: str) -> None:
-    server = Server(head_bytes=1 << 14)
-    line = server.dial()
-    server.feed(line, HANDSHAKE + more)
+    server, line = dialled(head_bytes=1 << 14)
+    long_path = HANDSHAKE.replace(b"/watch", b"/" + b"w" * 9000)
+    server.feed(line, (long_path if more == b"\r\n" else HANDSHAKE) + more)
     if status == 101:
         assert line.written.startswith(b"HTTP/1.1 101 ")
         return
@@ -131,16 +131,8 @@ def test_a_handshake_that_cannot_be_read_is_answered(more: bytes, status: int, s
     assert not server.state.connections
 
 
-def test_a_handshake_with_a_long_path_is_answered() -> None:
-    server = Server(head_bytes=1 << 14)
-    line = server.dial()
-    server.feed(line, HANDSHAKE.replace(b"/watch", b"/" + b"w" * 9000) + b"\r\n")
-    assert problem(line)["status"] == 431
-
-
 def test_a_handshake_after_an_unanswered_request_is_refused() -> None:
-    server = Server()
-    line = server.dial()
+    server, line = dialled()
     server.feed(line, b"GET /slow HTTP/1.1\r\nHost: localhost\r\n\r\n" + HANDSHAKE + b"\r\n")
     assert line.closed
     server.loop.go_on()
@@ -148,8 +140,7 @@ def test_a_handshake_after_an_unanswered_request_is_refused() -> None:
 
 
 def test_a_handshake_that_the_application_leaves_open_times_out() -> None:
-    server = Server()
-    line = server.dial()
+    server, line = dialled()
     server.feed(line, HANDSHAKE.replace(b"/watch", b"/slow") + b"\r\n")
     server.loop.pass_(29.0)
     assert not line.closed
@@ -158,8 +149,7 @@ def test_a_handshake_that_the_application_leaves_open_times_out() -> None:
 
 
 def test_a_watcher_outlasts_the_time_for_a_handshake() -> None:
-    server = Server()
-    line = upgraded(server)
+    server, line = upgraded()
     server.loop.pass_(1000.0)
     assert (line.closed, line.written) == (False, b"")
 
@@ -179,27 +169,18 @@ def test_a_failure_before_a_handshake_gets_500_and_headers(
     assert "secret" not in found["detail"]
 
 
-def test_a_stop_answers_handshakes_that_wait() -> None:
-    server = Server()
-    line = server.dial()
-    server.feed(line, HANDSHAKE.replace(b"/watch", b"/slow") + b"\r\n")
+def test_a_stop_answers_waiting_handshakes_and_tells_watchers_to_come_back() -> None:
+    server, waiting = dialled()
+    server.feed(waiting, HANDSHAKE.replace(b"/watch", b"/slow") + b"\r\n")
+    watching, leaving = server.dial(), server.dial()
+    for line in (watching, leaving):
+        server.feed(line, HANDSHAKE + b"\r\n")
+        line.written = b""
+    server.feed(leaving, framed(CLOSE, b""))
+    assert leaving.closed, "it is flushing, and the stop does not wait for that"
     server.stop()
-    assert problem(line)["detail"] == "the server is stopping"
-
-
-def test_a_stop_tells_a_watcher_to_come_back() -> None:
-    server = Server()
-    line = upgraded(server)
-    server.stop()
-    assert closing(line)[0] == 1012
-
-
-def test_a_stop_does_not_wait_for_an_unread_goodbye() -> None:
-    server = Server()
-    line = upgraded(server)
-    server.feed(line, framed(CLOSE, b""))
-    assert line.closed, "it is flushing"
-    server.stop()
+    assert problem(waiting)["detail"] == "the server is stopping"
+    assert closing(watching)[0] == 1012
 
 
 FRAMES = st.builds(
@@ -230,8 +211,7 @@ HEADS = st.sampled_from(
 def test_whatever_a_client_has_sent_a_stop_ends_its_connection(
     first: bytes, second: bytes, frames: list[bytes], unread: bool
 ) -> None:
-    server = Server(head_bytes=1 << 14)
-    line = server.dial()
+    server, line = dialled(head_bytes=1 << 14)
     server.feed(line, first + second)
     if unread and line.written.startswith(b"HTTP/1.1 101 "):
         line.connection.pause_writing()
