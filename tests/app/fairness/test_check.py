@@ -4,7 +4,7 @@ import contextlib
 import copy
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from plinko.engine.errors import RecordError
 from tools.fairness.sessions import FORMER, KERNEL, SIGNER, draw, honest, restored
 from tools.golden import session as golden
 
-Forge = Callable[[dict[str, Any]], None]
+Forge = Callable[[dict[str, Any]], object]
 
 HONEST = honest()
 
@@ -38,124 +38,96 @@ def test_an_honest_session_is_proven() -> None:
     ]  # fmt: skip
 
 
-def other_server_seed(session: dict[str, Any]) -> None:
-    session["server_seed"] = "ff" * 32
-
-
 def late_server_seed(session: dict[str, Any]) -> None:
     """The server draws its seed after the player's, and signs a new consistent session."""
     given = session["heard_session"]
     session.update({**honest(server_seed=b"\x55" * 32), "heard_session": given})
 
 
-def statement_of_another(session: dict[str, Any]) -> None:
-    """The player shows a statement that the server never signed."""
-    session["heard_session"]["signature"] = "0" * 128
-
-
-def other_client_seed(session: dict[str, Any]) -> None:
-    session["client_seed"] = "ff" * 32
-
-
-def skipped_drop(session: dict[str, Any]) -> None:
-    del session["drops"][1]
-
-
-def truncated_log(session: dict[str, Any]) -> None:
-    del session["drops"][-1]
-
-
 def denied_end(session: dict[str, Any]) -> None:
     """The server drops the last entry from the log and the session; the player has its receipt."""
-    last = session["drops"][-1]
-    heard = {name: last[name] for name in ("receipt", "index", "root", "signature")}
-    session.update({**honest(3), "heard": [heard]})
+    session.update({**honest(3), "heard": [kept_reply(session)]})
 
 
-def changed_payout(session: dict[str, Any]) -> None:
-    session["drops"][2]["result"]["payout"] += 1
-
-
-def withheld_result(session: dict[str, Any]) -> None:
-    session["drops"][2]["result"] = None
-
-
-def other_path(session: dict[str, Any]) -> None:
-    session["drops"][0]["result"]["digest"] = "0" * 64
-
-
-def other_bin(session: dict[str, Any]) -> None:
-    session["drops"][0]["result"]["bin"] += 1
-
-
-def changed_stake(session: dict[str, Any]) -> None:
-    session["drops"][0]["receipt"]["stake"] = 1
-
-
-def changed_table(session: dict[str, Any]) -> None:
-    session["board"]["bins"]["multipliers"][0] += 1
+def kept_reply(session: dict[str, Any]) -> dict[str, Any]:
+    """What the player of a session was sent with the last drop."""
+    return {name: session["drops"][-1][name] for name in SignedReceipt.__struct_fields__}
 
 
 def chosen_start(session: dict[str, Any]) -> None:
     """The server chooses a seed, and signs its receipt."""
-    drop = session["drops"][1]
-    drop["receipt"]["seed"] = "3173"
+    session["drops"][1]["receipt"]["seed"] = "3173"
+    _sign_again(session["drops"][1])
+
+
+def _sign_again(drop: dict[str, Any]) -> None:
     entry = {"kind": "plinko log entry", "version": 1, "receipt": drop["receipt"],
              "index": drop["index"], "root": drop["root"]}  # fmt: skip
     drop["signature"] = SIGNER.sign(entry).hex()
 
 
-def bad_signature(session: dict[str, Any]) -> None:
-    session["session"]["signature"] = "0" * 128
+def at(value: Any, path: Sequence[str | int]) -> Any:
+    for step in path:
+        value = value[step]
+    return value
 
 
-def other_key(session: dict[str, Any]) -> None:
-    session["key"] = Signer(b"\x08" * 32).public.hex()
+def change(path: str, value: Any) -> Forge:
+    """Replaces the value at a path such as `drops.0.stake`; a function computes it."""
+    *places, last = (int(step) if step.isdigit() else step for step in path.split("."))
+
+    def forge(session: dict[str, Any]) -> None:
+        place = at(session, places)
+        place[last] = value(place[last]) if callable(value) else value
+
+    return forge
 
 
-def other_root(session: dict[str, Any]) -> None:
-    session["drops"][2]["root"] = session["drops"][1]["root"]
+def one_more(value: Any) -> Any:
+    return value + 1
 
 
-def unrevealed(session: dict[str, Any]) -> None:
-    session["server_seed"] = None
+OTHER_SERVER_SEED = change("server_seed", "ff" * 32)
+FORGERIES: dict[str, tuple[Forge, set[str]]] = {
+    "another server seed": (OTHER_SERVER_SEED, {"server-seed", "end-seed", "start"}),
+    "a late server seed": (late_server_seed, {"heard-session"}),
+    "a statement that the server never signed": (
+        change("heard_session.signature", "0" * 128),
+        {"heard-session"},
+    ),
+    "another client seed": (change("client_seed", "ff" * 32), {"client-seed", "start"}),
+    "a skipped drop": (lambda session: session["drops"].pop(1), {"counter", "truncated"}),
+    "a truncated log": (lambda session: session["drops"].pop(), {"truncated"}),
+    "a denied end": (denied_end, {"heard"}),
+    "a changed payout": (change("drops.2.result.payout", one_more), {"payout"}),
+    "a withheld result": (change("drops.2.result", None), {"result"}),
+    "another path": (change("drops.0.result.digest", "0" * 64), {"trajectory"}),
+    "another bin": (change("drops.0.result.bin", one_more), {"outcome"}),
+    "a changed stake": (change("drops.0.receipt.stake", 1), {"receipt", "inclusion", "payout"}),
+    "a changed table": (
+        change("board.bins.multipliers.0", one_more),
+        {"board", "payouts", "start", "trajectory"},
+    ),
+    "a chosen start": (chosen_start, {"inclusion", "start", "trajectory", "outcome"}),
+    "a bad signature": (change("session.signature", "0" * 128), {"session"}),
+    "another key": (
+        change("key", Signer(b"\x08" * 32).public.hex()),
+        {"session", "heard-session", "head", "end", "receipt"},
+    ),
+    "another root": (
+        lambda session: session["drops"][2].update(root=session["drops"][1]["root"]),
+        {"receipt", "consistency"},
+    ),
+    "an unrevealed seed": (change("server_seed", None), {"server-seed-open", "end-seed"}),
+    "no end": (change("end", None), {"end"}),
+    "a foreign receipt": (
+        change("drops.0.receipt.session", "another"),
+        {"receipt-session", "receipt", "inclusion"},
+    ),
+}
 
 
-def unended(session: dict[str, Any]) -> None:
-    session["end"] = None
-
-
-def foreign_receipt(session: dict[str, Any]) -> None:
-    session["drops"][0]["receipt"]["session"] = "another"
-
-
-FORGERIES: list[tuple[Forge, set[str]]] = [
-    (other_server_seed, {"server-seed", "end-seed", "start"}),
-    (late_server_seed, {"heard-session"}),
-    (statement_of_another, {"heard-session"}),
-    (other_client_seed, {"client-seed", "start"}),
-    (skipped_drop, {"counter", "truncated"}),
-    (truncated_log, {"truncated"}),
-    (denied_end, {"heard"}),
-    (changed_payout, {"payout"}),
-    (withheld_result, {"result"}),
-    (other_path, {"trajectory"}),
-    (other_bin, {"outcome"}),
-    (changed_stake, {"receipt", "inclusion", "payout"}),
-    (changed_table, {"board", "payouts", "start", "trajectory"}),
-    (chosen_start, {"inclusion", "start", "trajectory", "outcome"}),
-    (bad_signature, {"session"}),
-    (other_key, {"session", "heard-session", "head", "end", "receipt"}),
-    (other_root, {"receipt", "consistency"}),
-    (unrevealed, {"server-seed-open", "end-seed"}),
-    (unended, {"end"}),
-    (foreign_receipt, {"receipt-session", "receipt", "inclusion"}),
-]
-
-
-@pytest.mark.parametrize(
-    ("forge", "names"), FORGERIES, ids=lambda each: getattr(each, "__name__", "")
-)
+@pytest.mark.parametrize(("forge", "names"), FORGERIES.values(), ids=FORGERIES)
 def test_each_forgery_is_named(forge: Forge, names: set[str]) -> None:
     session = copy.deepcopy(HONEST)
     forge(session)
@@ -175,15 +147,9 @@ def test_a_session_of_a_draw_is_proven() -> None:
         "drawn-bin", "trajectory", "outcome", "payout",
     ]  # fmt: skip
     assert "draw" in {step.name for step in verdict.steps}
-
-
-def test_without_a_draw_a_statement_does_not_mention_one() -> None:
+    # Without a draw a statement does not mention one.
     assert "draw_digest" not in HONEST["session"]["statement"]
     assert "draw" not in HONEST
-
-
-def lighter(session: dict[str, Any]) -> None:
-    session["draw"]["weights"][0] -= 1
 
 
 def other_list(session: dict[str, Any]) -> None:
@@ -191,15 +157,11 @@ def other_list(session: dict[str, Any]) -> None:
     session["draw"]["seeds"][0].append(session["draw"]["seeds"][0][0])
 
 
-def no_draw(session: dict[str, Any]) -> None:
-    del session["draw"]
-
-
 def steered(session: dict[str, Any]) -> None:
     """The server signs a receipt with a seed from another bin's list."""
     draw, receipt = session["draw"], session["drops"][0]["receipt"]
-    at = session["drops"][0]["result"]["bin"]
-    receipt["seed"] = next(seeds[0] for b, seeds in enumerate(draw["seeds"]) if seeds and b != at)
+    bin_ = session["drops"][0]["result"]["bin"]
+    receipt["seed"] = next(seeds[0] for b, seeds in enumerate(draw["seeds"]) if seeds and b != bin_)
     _sign_again(session["drops"][0])
 
 
@@ -208,25 +170,17 @@ def aimed(session: dict[str, Any]) -> None:
     _sign_again(session["drops"][0])
 
 
-def _sign_again(drop: dict[str, Any]) -> None:
-    entry = {"kind": "plinko log entry", "version": 1, "receipt": drop["receipt"],
-             "index": drop["index"], "root": drop["root"]}  # fmt: skip
-    drop["signature"] = SIGNER.sign(entry).hex()
+DRAWN_FORGERIES: dict[str, tuple[Forge, set[str]]] = {
+    "a lighter bin": (change("draw.weights.0", lambda weight: weight - 1), {"draw"}),
+    "another list": (other_list, {"draw"}),
+    "no draw": (lambda session: session.pop("draw"), {"draw", "start"}),
+    "steered": (steered, {"inclusion", "start", "drawn-bin", "trajectory", "outcome"}),
+    "aimed": (aimed, {"inclusion", "start"}),
+    "another server seed": (OTHER_SERVER_SEED, {"server-seed", "end-seed", "start"}),
+}
 
 
-DRAWN_FORGERIES: list[tuple[Forge, set[str]]] = [
-    (lighter, {"draw"}),
-    (other_list, {"draw"}),
-    (no_draw, {"draw", "start"}),
-    (steered, {"inclusion", "start", "drawn-bin", "trajectory", "outcome"}),
-    (aimed, {"inclusion", "start"}),
-    (other_server_seed, {"server-seed", "end-seed", "start"}),
-]
-
-
-@pytest.mark.parametrize(
-    ("forge", "names"), DRAWN_FORGERIES, ids=lambda each: getattr(each, "__name__", "")
-)
+@pytest.mark.parametrize(("forge", "names"), DRAWN_FORGERIES.values(), ids=DRAWN_FORGERIES)
 def test_each_forgery_of_a_draw_is_named(forge: Forge, names: set[str]) -> None:
     session = copy.deepcopy(DRAWN)
     forge(session)
@@ -256,9 +210,7 @@ def test_any_change_in_a_draw_s_session_breaks_its_proof() -> None:
              "head", "end", "heard_session")  # fmt: skip
     for path in _leaves({name: DRAWN[name] for name in parts}):
         session = copy.deepcopy(DRAWN)
-        place: Any = session
-        for step in path[:-1]:
-            place = place[step]
+        place = at(session, path[:-1])
         place[path[-1]] = _changed(place[path[-1]])
         with contextlib.suppress(RecordError):  # the change made the record malformed
             assert not checked(session).ok, path
@@ -298,41 +250,24 @@ def test_a_field_that_is_signed_but_unknown_is_refused() -> None:
         checked(session)
 
 
-NUMBERS: list[tuple[str | int, ...]] = [
-    ("drops", 0, "receipt", "drop"),
-    ("drops", 0, "receipt", "stake"),
-    ("drops", 0, "receipt", "ball"),
-    ("drops", 0, "receipt", "time"),
-    ("drops", 0, "index"),
-    ("drops", 0, "result", "payout"),
-    ("drops", 0, "result", "bin"),
-    ("head", "statement", "size"),
-    ("end", "statement", "drops"),
-    ("heard", 0, "receipt", "drop"),
-    ("heard", 0, "index"),
-]
+NUMBERS = """
+drops.0.receipt.drop drops.0.receipt.stake drops.0.receipt.ball drops.0.receipt.time drops.0.index
+drops.0.result.payout drops.0.result.bin head.statement.size end.statement.drops
+heard.0.receipt.drop heard.0.index
+"""
 
 
-@pytest.mark.parametrize("number", [-1, 2**53, 2**70], ids=["negative", "large", "huge"])
-@pytest.mark.parametrize("path", NUMBERS, ids=lambda path: ".".join(map(str, path)))
+@pytest.mark.parametrize("path", NUMBERS.split())
 def test_a_number_that_cannot_be_is_named_by_the_command_line(
-    path: tuple[str | int, ...],
-    number: int,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    path: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    session = copy.deepcopy(HONEST)
-    last = session["drops"][-1]
-    session["heard"] = [{name: last[name] for name in ("receipt", "index", "root", "signature")}]
-    session = copy.deepcopy(session)
-    place: Any = session
-    for step in path[:-1]:
-        place = place[step]
-    place[path[-1]] = number
     file = tmp_path / "session.json"
-    file.write_text(json.dumps(session))
-    assert main(["verify", str(file)]) == 2
-    assert str(path[-1]) in capsys.readouterr().err
+    for number in (-1, 2**53, 2**70):
+        session = copy.deepcopy({**HONEST, "heard": [kept_reply(HONEST)]})
+        change(path, number)(session)
+        file.write_text(json.dumps(session))
+        assert main(["verify", str(file)]) == 2
+        assert path.rpartition(".")[2] in capsys.readouterr().err
 
 
 def test_a_stake_that_could_pay_more_than_readers_keep_is_refused() -> None:
@@ -348,10 +283,8 @@ def test_a_member_given_twice_is_refused_and_named(
     part: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     session = copy.deepcopy(HONEST)
-    place: Any = session
-    for step in (step for step in re.split(r"[.\[\]]+", part) if step):
-        place = place[int(step) if step.isdigit() else step]
-    place.update(again=1, more=1)
+    steps = [step for step in re.split(r"[.\[\]]+", part) if step]
+    at(session, [int(step) if step.isdigit() else step for step in steps]).update(again=1, more=1)
     file = tmp_path / "session.json"
     file.write_text(json.dumps(session).replace('"more":', '"again":'))
     assert main(["verify", str(file)]) == 2
@@ -374,9 +307,9 @@ def test_the_command_line_proves_and_names(
     told = capsys.readouterr().out
     assert "not proven: that the server committed before it knew the player's secret" in told
     assert "neither side could choose" not in told
-    changed_payout_of_first = copy.deepcopy(session)
-    changed_payout_of_first["drops"][0]["result"]["payout"] += 1
-    file.write_text(json.dumps(changed_payout_of_first))
+    paid = copy.deepcopy(session)
+    change("drops.0.result.payout", one_more)(paid)
+    file.write_text(json.dumps(paid))
     assert main(["verify", str(file)]) == 1
     assert "not proven: payout of drop 0" in capsys.readouterr().out
     file.write_text(json.dumps(session))
@@ -434,7 +367,7 @@ def test_a_player_over_rest_names_the_replies_that_they_kept(
     file, opened, dropped = (tmp_path / f"{name}.json" for name in ("session", "begun", "drop"))
     file.write_text(json.dumps(session))
     opened.write_text(json.dumps(begun))
-    receipt = {name: session["drops"][0][name] for name in SignedReceipt.__struct_fields__}
+    receipt = kept_reply(session)
     dropped.write_text(json.dumps({"room": "main", "ball": 0, "receipt": receipt}))
     heard = ("--heard", str(opened), "--heard", str(dropped))
     assert main(["verify", str(file), *heard]) == 0

@@ -1,6 +1,5 @@
-"""Published test vectors of the scheme's building blocks, and those of Stake's Plinko."""
+"""Published test vectors of the scheme's building blocks."""
 
-import hashlib
 import hmac
 
 import pytest
@@ -12,19 +11,6 @@ from plinko.app.fairness.signing import Signer
 from plinko.engine import merkle
 from tools.fairness.sessions import Log
 
-RFC_4231 = [  # key, data, HMAC-SHA256: test cases 1, 2 and 6
-    ("0b" * 20, b"Hi There", "b0344c61d8db38535ca8afceaf0bf12b881dc200c9833da726e9376c2e32cff7"),
-    (
-        b"Jefe".hex(),
-        b"what do ya want for nothing?",
-        "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843",
-    ),
-    (
-        "aa" * 131,
-        b"Test Using Larger Than Block-Size Key - Hash Key First",
-        "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54",
-    ),
-]
 RFC_8032 = [  # secret, public, message, signature: 7.1, tests 1 to 3
     (
         "9d61b19deffd5a60ba844af492ec2cc44449c5697b326919703bac031cae7f60",
@@ -43,29 +29,6 @@ RFC_8032 = [  # secret, public, message, signature: 7.1, tests 1 to 3
         "fc51cd8e6218a1a38da47ed00230f0580816ed13ba3303ac5deb911548908025",
         "af82",
         "6291d657deec24024827e69c3abe01a30ce548a284743a445e3680d7db5ac3ac18ff9b538d16f290ae67f760984dc6594a7c15e9716ed28dc027beceea1ec40a",
-    ),
-]
-STAKE = [  # server seed, client seed, nonce, path of 16 rows, bin
-    (
-        "18e93f4a7b5b58d2569765766d1b6c3296bbd8430d6f20249044d72f14720159",
-        "bb62964774",
-        1,
-        "RRLRLLLLRLLLRLLL",
-        5,
-    ),
-    (
-        "a9a09f7f84c9dc6d4f46f9b702d8e7e211e1fc219ac10e1145c4ca032eb000c6",
-        "3c83fc7e07",
-        3,
-        "LLRRLRLLLLLRLLRL",
-        5,
-    ),
-    (
-        "a5022ccf5dd5a76d2014278e3d91d1dfc47c3f12e683ea0c8151fdc2f944beb1",
-        "8b3ca8298c",
-        54,
-        "RRLRLLLRLRRLLLLR",
-        7,
     ),
 ]
 RFC_6962_LEAVES = [  # the leaves of Certificate Transparency's own tests
@@ -88,11 +51,6 @@ RFC_6962_ROOTS = [
 ]
 
 
-@pytest.mark.parametrize(("key", "data", "expected"), RFC_4231)
-def test_hmac_is_that_of_rfc_4231(key: str, data: bytes, expected: str) -> None:
-    assert hmac.digest(bytes.fromhex(key), data, hashlib.sha256).hex() == expected
-
-
 @pytest.mark.parametrize(("secret", "public", "message", "signature"), RFC_8032)
 def test_signatures_are_those_of_rfc_8032(
     secret: str, public: str, message: str, signature: str
@@ -100,20 +58,6 @@ def test_signatures_are_those_of_rfc_8032(
     signer = Signer(bytes.fromhex(secret))
     assert signer.public.hex() == public
     assert signer._key.sign(bytes.fromhex(message)).hex() == signature
-
-
-@pytest.mark.parametrize(("server", "client", "nonce", "path", "bin_"), STAKE)
-def test_stakes_vectors_come_out(
-    server: str, client: str, nonce: int, path: str, bin_: int
-) -> None:
-    """Stake makes a float of four bytes, and goes right from 0.5 on: the first bit decides."""
-    blocks = (
-        hmac.digest(server.encode(), f"{client}:{nonce}:{block}".encode(), hashlib.sha256)
-        for block in range(2)
-    )
-    stream = b"".join(blocks)
-    found = "".join("R" if stream[4 * i] >> 7 else "L" for i in range(16))
-    assert (found, found.count("R")) == (path, bin_)
 
 
 def test_a_start_is_the_hmac_that_the_page_says() -> None:
@@ -130,13 +74,9 @@ def grown(leaves: list[bytes]) -> tuple[Log, list[bytes]]:
     return log, [merkle.root(0, log.lookup), *map(log.add, leaves)]
 
 
-def test_roots_are_those_of_certificate_transparency() -> None:
-    _, roots = grown(RFC_6962_LEAVES)
+def test_roots_and_proofs_are_those_of_certificate_transparency() -> None:
+    log, roots = grown(RFC_6962_LEAVES)
     assert [root.hex() for root in roots] == RFC_6962_ROOTS
-
-
-def test_proofs_are_those_of_certificate_transparency() -> None:
-    log, _ = grown(RFC_6962_LEAVES)
     assert [node.hex() for node in merkle.inclusion(0, 8, log.lookup)] == [
         "96a296d224f285c67bee93c30f8a309157f0daa35dc5b87e410b78630a09cfc7",
         "5f083f0a1a33ca076a95279832580db3e0ef4584bdff1f54c8a360f50de3031e",
