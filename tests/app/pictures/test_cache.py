@@ -1,7 +1,6 @@
 """Pictures over HTTP: all formats, cached and computed once; refusals give the reason."""
 
 import asyncio
-import functools
 import io
 import math
 from collections.abc import Callable
@@ -10,8 +9,7 @@ import httpx
 import pytest
 from PIL import Image
 
-from plinko.app.computing import tasks
-from plinko.app.errors import BusyError, InvalidValueError
+from plinko.app.errors import BusyError
 from plinko.app.pictures.cache import Pictures, drawing_version
 from plinko.app.render import drop_animation, drop_picture
 from plinko.engine import Board, drop, drop_many
@@ -153,17 +151,6 @@ def test_many_drops_are_those_of_the_seeds(http: httpx.Client) -> None:
     assert drawn == histogram_picture(BOARD, counts, width=300, theme="dark")
     drawn = http.get(f"{path}/sheet.png?drops=4&seed=5&columns=4").content
     assert drawn == contact_sheet(BOARD, range(5, 9), columns=4)
-
-
-@pytest.mark.parametrize("draw", [tasks.density, functools.partial(tasks.sheet, columns=None)])
-def test_drops_that_take_too_long_are_given_up(
-    draw: Callable[..., bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A time limit below zero stands for a board on which balls bounce for ever."""
-    monkeypatch.setattr(tasks, "MAX_SECONDS", -1.0)
-    with pytest.raises(InvalidValueError, match="too long") as refused:
-        draw(tasks.Many(BOARD, 150, 77), "png", 760, "light")
-    assert refused.value.field == "drops"
 
 
 # made once

@@ -7,6 +7,7 @@ from plinko.app.render.parts.prizes import lettering, writable
 from plinko.app.render.parts.view import lay_out
 from plinko.app.render.still import drop_pixels
 from plinko.engine import Board, Label, drop
+from tests.long import tries
 
 PLAIN = Board.preset("triangle-8")
 
@@ -34,7 +35,10 @@ def test_what_the_font_cannot_write_has_its_multiplier() -> None:
     assert found[1].lines == ("Mug",)
 
 
-@pytest.mark.parametrize(("width", "rows"), [(240, 8), (240, 16), (760, 16), (2048, 8)])
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("width", "rows"), tries([(240, 8), (240, 16), (760, 16)], [(240, 8), (760, 16), (2048, 8)])
+)
 def test_every_label_fits_into_its_bin(width: int, rows: int) -> None:
     plain = Board.preset(f"triangle-{rows}")
     texts = ["a", "A trip to Lisbon for two with breakfast", "W" * 40, "T-shirt"]

@@ -60,12 +60,8 @@ def test_the_last_play_comes_first_with_total_stake_and_payout(
     assert last["session_drop"] == 0
     assert abs(last["time"] / 1000.0 - time.time()) < 3600.0
     first = recalled(http)["plays"][-1]
-    assert (first["seed"], first["practice"], first["stake"], first["session"]) == (
-        "0",
-        True,
-        0,
-        None,
-    )
+    start = {"seed": "0", "practice": True, "stake": 0, "session": None}
+    assert start.items() <= first.items()
 
 
 def test_the_best_plays_of_a_day_paid_most(http: httpx.Client) -> None:
@@ -90,32 +86,20 @@ def test_the_best_plays_of_a_day_paid_most(http: httpx.Client) -> None:
     assert http.get("/api/v1/rooms/nowhere/best").status_code == 404
 
 
-def test_a_play_s_path_is_its_own_to_the_last_bit(
+def test_pages_follow_one_another_and_a_play_s_path_is_its_own_to_the_last_bit(
     http: httpx.Client, rooms: tuple[str, str]
 ) -> None:
-    plays = recalled(http)["plays"]
-    assert len(plays) == 4
+    whole = recalled(http)
+    plays = whole["plays"]
+    assert (len(plays), whole["next"]) == (4, None)
+    page = recalled(http, limit=2)
+    rest = recalled(http, limit=2, before=page["next"])
+    assert (page["plays"] + rest["plays"], rest["next"]) == (plays, None)
     for play in plays:
         path = http.get(play["path"]).json()
         assert path["digest"] == play["digest"]
         assert path["impacts"][-1][0] == play["duration"]
         assert (path["bin"], path["x_end"]) == (play["bin"], play["x_end"])
-
-
-def test_pages_follow_one_another_without_gap_and_end(
-    http: httpx.Client, rooms: tuple[str, str]
-) -> None:
-    whole = recalled(http)
-    assert whole["next"] is None
-    found: list[Any] = []
-    query: dict[str, Any] = {"limit": 2}
-    while True:
-        page = recalled(http, **query)
-        found += page["plays"]
-        if page["next"] is None:
-            break
-        query["before"] = page["next"]
-    assert found == whole["plays"]
 
 
 def test_plays_as_csv_say_the_same(http: httpx.Client, rooms: tuple[str, str]) -> None:
@@ -156,24 +140,22 @@ def test_plays_as_csv_are_those_of_any_mark_and_link_to_the_rest(
 TAKEN = ["=1+1", "+1", "-1", "@SUM(A1)", "1e5", "12.50", ".5", "18446744073709551615"]
 
 
-@pytest.mark.parametrize("name", [*TAKEN, "\u2212 plain", "1e5 balls", "e5", "1.2.3"])
-def test_a_cell_of_csv_is_text_and_no_formula_or_number(http: httpx.Client, name: str) -> None:
-    board = {**BOARD, "name": name}
-    room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
-    played(http, room, seed=1, x=-0.125, who=f"calculator {name}")
-    key = urllib.parse.quote(f"calculator {name}", safe="")
-    (row,) = table_of(http.get(f"/api/v1/players/{key}/plays", params={"format": "csv"}))
-    assert row["board"] == (f"'{name}" if name in TAKEN else name)
-    assert row["x"] == "-0.125", "a number stays one"
+def test_a_cell_of_csv_is_text_and_no_formula_or_number(http: httpx.Client) -> None:
+    for name in (*TAKEN, "\u2212 plain", "1e5 balls", "e5", "1.2.3"):
+        board = {**BOARD, "name": name}
+        room = http.post("/api/v1/rooms", json={"board": board}).json()["id"]
+        played(http, room, seed=1, x=-0.125, who="calculator")
+        plays = http.get("/api/v1/players/calculator/plays", params={"format": "csv"})
+        row = table_of(plays)[0]
+        assert row["board"] == (f"'{name}" if name in TAKEN else name)
+        assert row["x"] == "-0.125", "a number stays one"
 
 
 def table_of(answer: httpx.Response) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(answer.content.decode("utf-8-sig"))))
 
 
-def test_an_unused_mark_has_no_plays_and_an_invalid_one_is_named(
-    http: httpx.Client,
-) -> None:
+def test_an_unused_mark_has_no_plays_and_an_invalid_one_is_named(http: httpx.Client) -> None:
     assert http.get("/api/v1/players/nobody/plays").json() == {"plays": [], "next": None}
     for query, named in (({"before": "1"}, "before '1'"), ({"limit": 101}, "limit")):
         answer = http.get(PLAYS, params=query)
@@ -209,13 +191,10 @@ def test_a_room_recalls_the_plays_of_all_since_it_was_reset(http: httpx.Client) 
     first = http.get(f"{address}/plays", params={"limit": 1})
     assert [play["name"] for play in first.json()["plays"]] == ["=1+1"]
     following = http.get(first.links["next"]["url"]).json()
-    assert [play["name"] for play in following["plays"]] == ["Ann"]
-    assert following["next"] is None
+    assert ([play["name"] for play in following["plays"]], following["next"]) == (["Ann"], None)
     table = table_of(http.get(f"{address}/plays", params={"format": "csv", "limit": 1000}))
-    assert [(row["name"], row["colour"]) for row in table] == [
-        ("'=1+1", "#00ff00"),
-        ("Ann", "#00ff00"),
-    ]
+    rows = [(row["name"], row["colour"]) for row in table]
+    assert rows == [("'=1+1", "#00ff00"), ("Ann", "#00ff00")]
     assert all(row["bin"] for row in table)
     assert http.get("/api/v1/rooms/nope/plays").status_code == 404
 

@@ -31,23 +31,18 @@ def land(http: httpx.Client, room: str, *seeds: int) -> None:
 # HEAD.
 
 
-@pytest.mark.parametrize(
-    "path",
-    ["/", "/js/play/main.js", "/healthz", "/readyz", "/metrics", "/openapi.json", "/api/v1/boards",
-     "/api/v1/boards/classic", "/api/v1/rooms", "/api/v1/rooms/main", "{room}/log",
-     "/api/v1/scenes", DROP, f"{DROP}.png", f"{DROP}/frames", "{room}/frame.png"],
-)  # fmt: skip
-def test_head_says_what_get_would_and_sends_no_body(http: httpx.Client, path: str) -> None:
+def test_head_says_what_get_would_and_sends_no_body(http: httpx.Client) -> None:
     room, _ = opened(http)  # nothing moves in it between the two requests
-    path = path.format(room=room)
-    head = http.head(path)
-    assert (head.status_code, head.content) == (200, b"")
-    got = http.get(path)
-    for name in ("content-type", "etag", "cache-control", "vary", "content-encoding"):
-        assert head.headers.get(name) == got.headers.get(name), name
-
-
-def test_head_of_what_is_not_there_is_not_found(http: httpx.Client) -> None:
+    for path in (
+        "/", "/js/play/main.js", "/healthz", "/readyz", "/metrics", "/openapi.json",
+        "/api/v1/boards", "/api/v1/boards/classic", "/api/v1/rooms", "/api/v1/rooms/main",
+        f"{room}/log", "/api/v1/scenes", DROP, f"{DROP}.png", f"{DROP}/frames", f"{room}/frame.png",
+    ):  # fmt: skip
+        head = http.head(path)
+        assert (head.status_code, head.content) == (200, b""), path
+        got = http.get(path)
+        for name in ("content-type", "etag", "cache-control", "vary", "content-encoding"):
+            assert head.headers.get(name) == got.headers.get(name), (path, name)
     for path in ("/api/v1/rooms/nope", "/api/v1/nothing", "/nothing.js"):
         assert http.head(path).status_code == 404
     refused = http.head("/api/v1/drops")
@@ -99,16 +94,6 @@ def test_a_boards_etag_is_its_digest(http: httpx.Client) -> None:
         assert (again.status_code, again.content) == (304, b"")
 
 
-def test_a_logs_etag_changes_when_something_happened(http: httpx.Client) -> None:
-    room, _ = opened(http)
-    first = http.get(f"{room}/log").headers["etag"]
-    assert http.get(f"{room}/log", headers={"if-none-match": first}).status_code == 304
-    land(http, room, 1)
-    after = http.get(f"{room}/log", headers={"if-none-match": first})
-    assert after.status_code == 200
-    assert after.headers["etag"] != first
-
-
 # Pages.
 
 
@@ -128,11 +113,8 @@ def test_rooms_come_in_pages_that_miss_none(http: httpx.Client) -> None:
     assert len(found) == len(set(found))
     assert "main" in found
     assert found == [room["id"] for room in http.get("/api/v1/rooms").json()["rooms"]]
-
-
-def test_one_room_is_found_whatever_page_it_would_be_on(http: httpx.Client) -> None:
-    mine = opened(http)[0].rpartition("/")[2]
-    for room in (mine, "main"):
+    # One room is found whatever page it would be on.
+    for room in (*mine, "main"):
         page = http.get("/api/v1/rooms", params={"id": room, "limit": 1}).json()
         assert [each["id"] for each in page["rooms"]] == [room]
         assert page["next"] is None
@@ -155,20 +137,28 @@ def test_rooms_of_one_mode_come_in_pages_of_their_own(http: httpx.Client) -> Non
 def test_one_board_is_found_by_its_digest(http: httpx.Client) -> None:
     own = http.post("/api/v1/boards", json={**QUICK, "name": "one of many"}).json()["digest"]
     preset = Board.preset("triangle-12")
-    for digest, name, is_preset in (
-        (own, "one of many", False),
-        (preset.digest, preset.name, True),
-    ):
+    expected = ((own, "one of many", False), (preset.digest, preset.name, True))
+    for digest, name, is_preset in expected:
         (found,) = http.get("/api/v1/boards", params={"digest": digest}).json()["boards"]
         assert (found["digest"], found["name"], found["preset"]) == (digest, name, is_preset)
+    form = {**QUICK, "name": "only a room's"}
+    room = http.post("/api/v1/rooms", json={"board": form}).json()
+    assert http.get(f"/api/v1/boards/{room['board_digest']}").json()["name"] == "only a room's"
     for unknown in ("0" * 64, "triangle-12"):
         assert http.get("/api/v1/boards", params={"digest": unknown}).json() == {"boards": []}
 
 
-def test_a_log_comes_in_parts(http: httpx.Client) -> None:
+def test_a_log_has_another_etag_when_something_happened_and_comes_in_parts(
+    http: httpx.Client,
+) -> None:
     room, _ = opened(http)
+    first_tag = {"if-none-match": http.get(f"{room}/log").headers["etag"]}
+    assert http.get(f"{room}/log", headers=first_tag).status_code == 304
     land(http, room, 1, 2, 3, 4, 5)
-    whole = http.get(f"{room}/log").json()
+    after = http.get(f"{room}/log", headers=first_tag)
+    assert after.status_code == 200
+    assert after.headers["etag"] != first_tag["if-none-match"]
+    whole = after.json()
     parts = []
     first: int | None = 0
     while first is not None:
@@ -223,16 +213,8 @@ def test_a_log_that_would_be_replayed_for_ever_is_given_up(
     with pytest.raises(InvalidValueError, match="use plinko verify, which has no limit") as caught:
         tasks.log_verdict(log)
     assert caught.value.field == "tick"
-
-
-def test_a_year_between_two_drops_of_a_table_costs_a_check_nothing(http: httpx.Client) -> None:
+    # A year between two drops of a table costs a check nothing.
     room, _ = opened(http)
     land(http, room, 1)
     log = {**http.get(f"{room}/log").json(), "tick": 60 * 60 * 24 * 366 * 60}
     assert json.loads(tasks.log_verdict(log))["field"] == "world_digest"
-
-
-def test_the_board_of_a_room_is_known_by_its_digest(http: httpx.Client) -> None:
-    form = {**QUICK, "name": "only a room's"}
-    room = http.post("/api/v1/rooms", json={"board": form}).json()
-    assert http.get(f"/api/v1/boards/{room['board_digest']}").json()["name"] == "only a room's"

@@ -191,6 +191,12 @@ async def test_every_response_has_an_id_and_the_security_headers(path: str) -> N
     answer = await get(path)
     assert re.fullmatch("[0-9a-f]{32}", answer.headers["x-request-id"])
     assert {name: answer.headers[name] for name in SECURITY_HEADERS} == SECURITY_HEADERS
+    policy = answer.headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "script-src 'self' 'wasm-unsafe-eval';" in policy
+    assert policy.count("unsafe") == 1, "it may compile WebAssembly, and evaluate nothing"
+    assert "http" not in policy
+    assert answer.headers["x-content-type-options"] == "nosniff"
     assert (await get(path, **{"x-request-id": "mine"})).headers["x-request-id"] == "mine"
     bad: list[Any] = ["", "not mine", "x" * 65, "ü".encode()]
     for each in bad:
