@@ -82,6 +82,12 @@ class Player:
             except ConnectionClosed as closed:
                 return closed
 
+    async def closed(self) -> tuple[int, str]:
+        """Read until the server closes the connection; returns the code and the reason."""
+        frame = (await self.closing()).rcvd
+        assert frame is not None, "the connection broke without a close frame"
+        return frame.code, frame.reason
+
     async def until_empty(self) -> None:
         """Read until the empty snapshot that follows the last landing."""
         while True:

@@ -8,6 +8,7 @@ import pytest
 
 from plinko.app.rooms import log as roomlog
 from plinko.app.rooms.touching.room import TouchingRoom
+from tests.app.conftest import TINY
 from tests.kit.player import Player, playing, tick_of
 from tests.kit.serving import Running, constants, serving
 from tests.kit.waiting import eventually
@@ -50,16 +51,8 @@ def test_scenes_are_listed_with_rooms_ranges_and_presets(http: httpx.Client) -> 
 
 
 async def test_a_sandbox_of_ones_own_over_rest_and_played(server: Running) -> None:
-    room = await opened(
-        server,
-        scene={
-            "scene": "sandbox",
-            "balls": 20,
-            "seed": "7",
-            "gravity": "Mars",
-            "radii": [0.05, 0.1],
-        },
-    )
+    scene = {"scene": "sandbox", "balls": 20, "seed": "7", "gravity": "Mars", "radii": [0.05, 0.1]}
+    room = await opened(server, scene=scene)
     assert (room["mode"], room["solver"], room["owned"]) == ("scene", "stepped", True)
     assert room["scene"]["gravity"] == 3.72
     async with playing(server.socket(room["id"])) as player:
@@ -100,9 +93,7 @@ async def test_only_a_room_s_creator_changes_it_a_public_one_everybody(server: R
         await anyone.send(type="reset")
         hello = await anyone.until("hello")
         assert len(hello["arena"]["balls"]["ball"]) == hello["arena"]["scene"]["balls"]
-
-
-async def test_a_room_of_independent_balls_cannot_be_changed(server: Running) -> None:
+    # A room of independent balls cannot be changed.
     async with playing(server.socket("main")) as player:
         await player.send(type="add", x=0.0, y=1.0, ref=1)
         refused = await player.until("error", ref=1)
@@ -110,10 +101,11 @@ async def test_a_room_of_independent_balls_cannot_be_changed(server: Running) ->
 
 
 async def test_an_interacting_table_has_the_events_of_any_table(server: Running) -> None:
-    async with playing(server.socket("interacting-triangle-8")) as player:
+    room = (await opened(server, board=TINY, mode="interacting"))["id"]
+    async with playing(server.socket(room)) as player:
         assert (player.hello["mode"], player.hello["solver"]) == ("interacting", "stepped")
         assert player.hello["stream"] == "snapshots"
-        assert player.hello["board"]["name"] == "triangle-8"
+        assert player.hello["board"]["name"] == "tiny"
         for seed in range(6):
             await player.send(type="drop", seed=seed, ref=seed)
         while player.kinds().count("landed") < 6:  # two that land in one tick share a message
@@ -124,10 +116,8 @@ async def test_an_interacting_table_has_the_events_of_any_table(server: Running)
         assert {event["ball"] for event in landed} == {event["ball"] for event in accepted}
         assert any(event["type"] == "contact" and event["kind"] == 0 for event in player.events)
     async with server.async_client() as http:
-        view = (await http.get("/api/v1/rooms/interacting-triangle-8")).json()
-        reply = await http.post(
-            "/api/v1/rooms/interacting-triangle-8/drops?wait=1", json={"seed": 3}, timeout=60
-        )
+        view = (await http.get(f"/api/v1/rooms/{room}")).json()
+        reply = await http.post(f"/api/v1/rooms/{room}/drops?wait=1", json={"seed": 3})
     assert sum(view["stats"]["histogram"]) + view["stats"]["unsettled"] >= 6
     assert reply.status_code == 200
     assert reply.json()["landed"]["seed"] == "3"
@@ -137,8 +127,13 @@ async def test_diagnostics_come_a_few_times_a_second_on_request(
     server: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     room = await opened(server, scene={"scene": "sandbox", "balls": 10, "restitution": 0.9})
-    computed: list[str] = []
-    monkeypatch.setattr(TouchingRoom, "diagnostics", _noted(TouchingRoom.diagnostics, computed))
+    computed, compute = list[str](), TouchingRoom.diagnostics
+
+    def noted(self: TouchingRoom) -> Any:
+        computed.append(self.id)
+        return compute(self)
+
+    monkeypatch.setattr(TouchingRoom, "diagnostics", noted)
     async with playing(server.socket(room["id"])) as one, playing(server.socket(room["id"])) as two:
         for player in (one, two):
             await mine(player, room)
@@ -169,14 +164,6 @@ async def test_diagnostics_come_a_few_times_a_second_on_request(
         assert "diagnostics" not in two.kinds()
 
 
-def _noted(method: Any, rooms: list[str]) -> Any:
-    def noted(self: Any) -> Any:
-        rooms.append(self.id)
-        return method(self)
-
-    return noted
-
-
 async def test_a_stopped_clock_shows_changes_and_sends_nothing_else(
     server: Running,
 ) -> None:
@@ -203,18 +190,11 @@ async def test_a_stopped_clock_shows_changes_and_sends_nothing_else(
         assert player.decode(player.binaries[-1]).tick == told["tick"] + 1
 
 
-async def test_a_hand_that_goes_away_lets_go(server: Running) -> None:
-    room = await opened(server, scene={"scene": "sandbox", "balls": 1, "seed": "3"})
-    live: Any = server.services.rooms.find(room["id"]).room
-    async with playing(server.socket(room["id"])) as player:
-        await mine(player, room)
-        await player.send(type="drag", ball=0, x=0.0, y=1.0)
-        await eventually(lambda: live.world.holds)
-    await eventually(lambda: not live.world.holds)
-
-
-async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
+async def test_the_log_of_a_played_room_verifies_and_a_hand_that_goes_away_lets_go(
+    server: Running,
+) -> None:
     room = await opened(server, scene={"scene": "sandbox", "balls": 12, "dt": 1 / 120})
+    live: Any = server.services.rooms.find(room["id"]).room
     async with playing(server.socket(room["id"])) as player:
         await mine(player, room)
         await player.send(type="add", x=0.0, y=0.5, vx=3.0, ref=1)
@@ -228,6 +208,9 @@ async def test_the_log_of_a_played_room_verifies(server: Running) -> None:
         await player.until("settings")
         for _ in range(20):
             await picture(player)
+        await player.send(type="drag", ball=0, x=0.0, y=1.0)
+        await eventually(lambda: live.world.holds)
+    await eventually(lambda: not live.world.holds)
     async with server.async_client() as http:
         text = (await http.get(f"/api/v1/rooms/{room['id']}/log")).text
     log = json.loads(text)
@@ -276,13 +259,9 @@ async def test_a_scene_is_spelt_alike_wherever_it_is_written_and_read(server: Ru
     assert log["inputs"][1]["input"] == {"type": "reset", "scene": room["scene"]}
 
 
-def test_a_scene_may_come_with_a_null_board(http: httpx.Client) -> None:
+def test_a_scene_may_come_with_a_null_board_and_with_no_other(http: httpx.Client) -> None:
     said = {"scene": {"scene": "sandbox", "balls": 2}, "board": None}
-    assert http.post("/api/v1/rooms", json=said).status_code == 201
-
-
-def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> None:
-    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 2}}).json()
+    room = http.post("/api/v1/rooms", json=said).raise_for_status().json()
     head = {"authorization": f"Bearer {room['token']}"}
     reply = http.patch(f"/api/v1/rooms/{room['id']}", json={"board": "classic"}, headers=head)
     assert reply.status_code == 422
@@ -290,12 +269,11 @@ def test_another_board_for_a_scene_is_refused_in_words(http: httpx.Client) -> No
     assert http.post(f"/api/v1/rooms/{room['id']}/reset", headers=head).status_code == 200
 
 
-async def test_only_changes_with_a_note_are_answered(server: Running, http: httpx.Client) -> None:
-    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 0}}).json()
+async def test_only_changes_with_a_note_are_answered(server: Running) -> None:
+    room = await opened(server, scene={"scene": "sandbox", "balls": 0})
     async with playing(server.socket(room["id"])) as player:
         usual = player.hello["arena"]["ranges"]["ball"]["radius"]["default"]
-        await player.send(type="claim", token=room["token"])
-        await player.until("claimed")
+        await mine(player, room)
         await player.send(type="add", x=0.0, y=1.0, ref="mine")
         placed = await player.until("placed")
         assert (placed["ref"], placed["radius"]) == ("mine", usual)
@@ -322,11 +300,11 @@ async def test_only_changes_with_a_note_are_answered(server: Running, http: http
 async def test_a_scene_that_is_reset_has_another_run_whichever_way(
     server: Running, http: httpx.Client
 ) -> None:
-    room = http.post("/api/v1/rooms", json={"scene": {"scene": "sandbox", "balls": 1}}).json()
+    room = await opened(server, scene={"scene": "sandbox", "balls": 1})
     token = {"authorization": f"Bearer {room['token']}"}
     async with playing(server.socket(room["id"])) as player:
         runs = [player.hello["run"]]
-        await player.send(type="claim", token=room["token"])
+        await mine(player, room)
         await player.send(type="reset")
         runs.append((await player.until("hello"))["run"])
         assert http.post(f"/api/v1/rooms/{room['id']}/reset", headers=token).status_code == 200

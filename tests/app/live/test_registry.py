@@ -82,7 +82,7 @@ def message(kind: str, **values: Any) -> Change:
     return asked
 
 
-async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
+async def test_waiting_for_a_landing_gives_the_drops_own_end_or_none_when_time_is_over() -> None:
     held = rooms()
     room = held.find("main")
     accepted = await ask(room, 42)
@@ -92,26 +92,17 @@ async def test_waiting_for_a_landing_gives_the_drops_own_end() -> None:
     for landed in await asyncio.gather(*waits):
         assert landed is not None
         assert landed.digest == drop(BOARD, 42).digest
+    again = await room.landings.wait(accepted.ball, 60.0)
+    assert again == landed, "a ball that has landed is not waited for"
     assert room.landings.waiting == 0
-
-
-async def test_a_ball_that_has_landed_is_not_waited_for() -> None:
-    held = rooms()
-    room = held.find("main")
-    accepted = await ask(room, 42)
-    await finish(held)
-    landed = await room.landings.wait(accepted.ball, 60.0)
-    assert landed is not None
-    assert landed.digest == drop(BOARD, 42).digest
-
-
-async def test_a_wait_that_takes_too_long_leaves_nothing_behind() -> None:
-    held = rooms()
-    room = held.find("main")
-    accepted = await ask(room, 42)
-    assert await room.landings.wait(accepted.ball, 0.01) is None
+    second = await ask(room, 42)
+    assert await room.landings.wait(second.ball, 0.01) is None
     assert room.landings.waiting == 0
-    await finish(held)
+    # The server stops.
+    waiting = asyncio.create_task(room.landings.wait(second.ball, 3600.0))
+    await turns()
+    held.stop_waiting()
+    assert await waiting is None
 
 
 async def test_nothing_is_encoded_without_clients(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -233,13 +224,3 @@ async def test_a_table_ticks_without_clients_until_drops_land() -> None:
     assert room.room.seq == 2, "the acceptance and the landing; contacts had no listener"
     stats = room.room.stats()
     assert stats.drops == sum(stats.histogram) + stats.unsettled == 1
-
-
-async def test_waits_for_landings_end_when_the_server_stops() -> None:
-    held = rooms()
-    main = held.find("main")
-    accepted = await ask(main, 1)
-    waiting = asyncio.create_task(main.landings.wait(accepted.ball, 3600.0))
-    await turns()
-    held.stop_waiting()
-    assert await waiting is None

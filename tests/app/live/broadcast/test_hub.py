@@ -1,6 +1,8 @@
 """Clients that do not read: the hub bounds their memory, delays no other, closes them."""
 
 import asyncio
+import contextlib
+from collections.abc import AsyncIterator
 
 import pytest
 from hypothesis import given
@@ -20,21 +22,14 @@ def snapshot(tick: int) -> WireMessage:
     return WireMessage.of_bytes(b"%d" % tick)
 
 
-def test_a_newer_snapshot_takes_the_place_of_the_older() -> None:
-    mailbox = Mailbox(8, 1000)
-    mailbox.show(snapshot(1))
-    mailbox.show(snapshot(2))
-    assert mailbox.take() == snapshot(2)
-    assert mailbox.take() is None
-    assert mailbox.replaced == 1
-
-
-def test_events_go_first_and_in_order() -> None:
+def test_events_go_first_and_a_newer_snapshot_takes_the_place_of_the_older() -> None:
     mailbox = Mailbox(8, 1000)
     mailbox.show(snapshot(1))
     mailbox.post(event("a"))
     mailbox.post(event("b"))
-    assert [mailbox.take() for _ in range(4)] == [event("a"), event("b"), snapshot(1), None]
+    mailbox.show(snapshot(2))
+    assert [mailbox.take() for _ in range(4)] == [event("a"), event("b"), snapshot(2), None]
+    assert mailbox.replaced == 1
 
 
 @given(st.lists(st.sampled_from(["post", "show", "take"])), st.integers(1, 5), st.integers(1, 50))
@@ -101,10 +96,15 @@ def client(connection: Wire, number: int = 0, grace: float = 60.0, most: int = 8
     return Client(number, connection, Mailbox(most, 10_000), grace)
 
 
-async def stop(task: "asyncio.Task[None]") -> None:
-    task.cancel()
-    with pytest.raises(asyncio.CancelledError):
-        await task
+@contextlib.asynccontextmanager
+async def writing(*clients: Client) -> AsyncIterator[None]:
+    """Run the clients' writers during the block."""
+    writers = [asyncio.create_task(each.run()) for each in clients]
+    yield
+    for writer in writers:
+        writer.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await writer
 
 
 @pytest.mark.parametrize("direct", [True, False])
@@ -114,19 +114,17 @@ async def test_a_stalled_client_delays_no_other_and_skips_snapshots(direct: bool
     one, two = client(stuck, 1), client(free, 2)
     hub.join("r", one)
     hub.join("r", two)
-    writers = [asyncio.create_task(each.run()) for each in (one, two)]
-    for tick in range(100):
-        hub.publish("r", "snapshots", None, b"%d" % tick)
+    async with writing(one, two):
+        for tick in range(100):
+            hub.publish("r", "snapshots", None, b"%d" % tick)
+            await turns()
+        hub.announce("r", "snapshots", b"event")
         await turns()
-    hub.announce("r", "snapshots", b"event")
-    await turns()
-    assert free.frames == [*(snapshot(tick) for tick in range(100)), event("event")]
-    assert stuck.frames == []
-    stuck.open.set()
-    await turns()
-    assert stuck.frames == [snapshot(0), event("event"), snapshot(99)]
-    for writer in writers:
-        await stop(writer)
+        assert free.frames == [*(snapshot(tick) for tick in range(100)), event("event")]
+        assert stuck.frames == []
+        stuck.open.set()
+        await turns()
+        assert stuck.frames == [snapshot(0), event("event"), snapshot(99)]
 
 
 @pytest.mark.parametrize("direct", [True, False])
@@ -135,25 +133,17 @@ async def test_a_stalled_client_gets_each_path_after_its_event(direct: bool) -> 
     stuck = Wire(direct=direct, blocked=True)
     one = client(stuck, 1)
     hub.join("r", one)
-    writer = asyncio.create_task(one.run())
-    for number in range(3):
-        hub.announce("r", "snapshots", b"accepted %d" % number)
-        hub.post("r", "snapshots", b"path %d" % number)
+    async with writing(one):
+        for number in range(3):
+            hub.announce("r", "snapshots", b"accepted %d" % number)
+            hub.post("r", "snapshots", b"path %d" % number)
+            await turns()
+        hub.post("r", "elsewhere", b"nobody")
+        stuck.open.set()
         await turns()
-    hub.post("r", "elsewhere", b"nobody")
-    stuck.open.set()
-    await turns()
     assert [frame.payload for frame in stuck.frames] == [
         text % number for number in range(3) for text in (b"accepted %d", b"path %d")
     ]
-    await stop(writer)
-
-
-async def test_a_client_silent_for_the_grace_period_is_too_slow() -> None:
-    slow = client(Wire(direct=True, blocked=True), grace=0.01)
-    slow.show(snapshot(1))
-    with pytest.raises(SlowClientError, match=r"0\.01 seconds"):
-        await slow.run()
 
 
 async def test_a_client_whose_events_pile_up_is_too_slow_at_once() -> None:
@@ -181,20 +171,15 @@ async def test_the_sender_can_receive_another_message_than_the_rest(direct: bool
     hub = Hub(10)
     connections = [Wire(direct=direct) for _ in range(3)]
     clients = [client(each, number) for number, each in enumerate(connections)]
-    writers = [asyncio.create_task(each.run()) for each in clients]
     for each in clients:
         hub.join("r", each)
-    hub.announce("r", "snapshots", b"all but 1", 1, b"only 1")
-    hub.announce("r", "paths", b"nobody")
-    hub.announce("elsewhere", "snapshots", b"nobody")
-    await turns()
-    assert [each.frames for each in connections] == [
-        [event("all but 1")],
-        [event("only 1")],
-        [event("all but 1")],
-    ]
-    for writer in writers:
-        await stop(writer)
+    async with writing(*clients):
+        hub.announce("r", "snapshots", b"all but 1", 1, b"only 1")
+        hub.announce("r", "paths", b"nobody")
+        hub.announce("elsewhere", "snapshots", b"nobody")
+        await turns()
+    others = [event("all but 1")]
+    assert [each.frames for each in connections] == [others, [event("only 1")], others]
 
 
 @pytest.mark.parametrize("direct", [True, False])
@@ -205,28 +190,26 @@ async def test_a_ticks_events_and_snapshot_go_together_and_are_counted(direct: b
         Client(n, each, Mailbox(8, 1000), 60.0, stream=stream, traffic=hub.traffic)
         for n, (each, stream) in enumerate(zip(connections, ("a", "a", "b"), strict=True))
     ]
-    writers = [asyncio.create_task(each.run()) for each in clients]
     for each in clients:
         hub.join("r", each)
-    await turns()
-    hub.publish("r", "a", b"told", b"shown")
-    hub.publish("r", "b", b"other", None)
-    await turns()
+    async with writing(*clients):
+        await turns()
+        hub.publish("r", "a", b"told", b"shown")
+        hub.publish("r", "b", b"other", None)
+        await turns()
     both = [event("told"), WireMessage.of_bytes(b"shown")]
     assert [each.frames for each in connections] == [both, both, [event("other")]]
     assert hub.traffic == Traffic(frames=5, bytes=2 * 9 + 5)
     assert (hub.count("r"), hub.count("r", "a"), hub.count("r", "b"), hub.total) == (3, 2, 1, 3)
-    for writer in writers:
-        await stop(writer)
 
 
-async def test_skipped_snapshots_and_clients_given_up_are_counted() -> None:
+async def test_a_client_silent_for_the_grace_period_is_given_up_and_counted() -> None:
     hub = Hub(10)
     slow = Client(1, Wire(direct=True, blocked=True), Mailbox(8, 1000), 0.01, traffic=hub.traffic)
     hub.join("r", slow)
     for tick in range(5):
         hub.publish("r", "snapshots", None, b"%d" % tick)
-    with pytest.raises(SlowClientError):
+    with pytest.raises(SlowClientError, match=r"0\.01 seconds"):
         await slow.run()
     assert hub.traffic == Traffic(skipped=4, too_slow=1)
 
