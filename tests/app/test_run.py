@@ -10,6 +10,7 @@ from typing import Any
 import anyio
 import httpx
 import pytest
+from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -71,6 +72,12 @@ def test_a_server_without_temporary_files_says_so_at_start() -> None:
     assert re.search(r"no directory for temporary files .* TMPDIR", said)
 
 
+def asking(app: FastAPI) -> httpx.AsyncClient:
+    plain = {"Accept-Encoding": "identity"}  # a long list is compressed on a thread
+    transport = httpx.ASGITransport(app)
+    return httpx.AsyncClient(transport=transport, base_url="http://localhost", headers=plain)
+
+
 async def test_the_first_request_waits_for_no_route_to_be_worked_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -83,41 +90,28 @@ async def test_the_first_request_waits_for_no_route_to_be_worked_out(
         return signature(function, **options)
 
     monkeypatch.setattr(inspect, "signature", watched)
-    transport = httpx.ASGITransport(app)
-    async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+    async with asking(app) as client:
         assert (await client.get("/api/v1/boards")).status_code == 200
         assert (await client.get("/nowhere")).status_code == 404
     assert looked_at == []
 
 
-async def test_a_request_that_computes_nothing_needs_no_other_thread(
+async def test_a_request_that_computes_nothing_needs_no_thread_and_documents_are_made_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async def refuse(function: Any, *_: Any, **__: Any) -> None:
         raise AssertionError(f"{function} is for another thread")
 
-    monkeypatch.setattr(anyio.to_thread, "run_sync", refuse)
-    transport = httpx.ASGITransport(create_app(Settings(database_url="sqlite://")))
-    plain = {"Accept-Encoding": "identity"}  # a long list is compressed on a thread
-    async with httpx.AsyncClient(
-        transport=transport, base_url="http://localhost", headers=plain
-    ) as client:
+    def again(*_: object) -> None:
+        raise AssertionError("it was made already")
+
+    documents = ("/openapi.json", "/asyncapi.json")
+    app = create_app(Settings(database_url="sqlite://"))
+    async with asking(app) as client:
+        first = [(await client.get(path)).content for path in documents]
+        monkeypatch.setattr(anyio.to_thread, "run_sync", refuse)
         for path in ("/api/v1/boards", "/api/v1/boards/triangle-8", "/api/v1/scenes", "/healthz"):
             assert (await client.get(path)).status_code == 200
-
-
-async def test_documents_are_made_once_for_all_requests(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    app = create_app(Settings(database_url="sqlite://"))
-    transport = httpx.ASGITransport(app)
-    async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
-        paths = ("/openapi.json", "/asyncapi.json")
-        first = [(await client.get(path)).content for path in paths]
-
-        def again(*_: object) -> None:
-            raise AssertionError("it was made already")
-
         monkeypatch.setattr(app, "openapi", again)
         monkeypatch.setattr("plinko.app.protocol.asyncapi.document", again)
-        assert [(await client.get(path)).content for path in paths] == first
+        assert [(await client.get(path)).content for path in documents] == first

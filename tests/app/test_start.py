@@ -11,10 +11,12 @@ from pathlib import Path
 import httpx
 import pytest
 
+from plinko.app.cli import main
 from plinko.app.persistence.ledger.database import Database
 from plinko.engine import __version__
 from tests.kit.postgres import PostgreSQL
 from tests.kit.process import ServerProcess
+from tests.kit.serving import serving
 from tests.kit.waiting import LIMIT, first_line, until
 
 NAMELESS = "postgresql://nobody@/none?host={}"
@@ -117,32 +119,33 @@ def serve(*flags: str) -> "subprocess.CompletedProcess[str]":
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
-def test_wrong_settings_end_with_2_at_the_check_and_at_the_start(
-    flags: list[str], said: str
+def test_wrong_settings_end_with_2_at_the_check(
+    flags: list[str], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    done = serve(*flags, "--check")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert said in done.stderr
-    if "--board" in flags:  # the start goes through the same check
-        again = serve(*flags)
-        assert (again.returncode, again.stdout, again.stderr) == (2, "", done.stderr)
+    assert main(["serve", *flags, "--check"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, said in err) == ("", True)
 
 
-def test_what_ends_a_server_is_json_too() -> None:
-    done = serve("--log-format", "json", "--hosts", "https://a.example")
+def test_what_ends_a_server_at_its_start_is_json_too() -> None:
+    """The start goes through the same check."""
+    done = serve("--log-format", "json", "--board", "nope")
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = map(json.loads, done.stderr.splitlines())
-    assert (line["level"], "is not a host name" in line["event"]) == ("critical", True)
+    assert (line["level"], "board 'nope'" in line["event"]) == ("critical", True)
 
 
-def test_the_check_opens_no_port_and_no_ledger(tmp_path: Path) -> None:
-    ledger = ("--database-url", f"sqlite:///{tmp_path}/new/plinko.db")
-    assert serve(*ledger, "--check").returncode == 0
+def test_the_check_opens_no_port_and_no_ledger(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ledger = f"sqlite:///{tmp_path}/new/plinko.db"
+    check = ["serve", "--check", "--database-url", ledger]
+    assert main(check) == 0
     assert not (tmp_path / "new").exists()
-    with ServerProcess(flags=ledger) as server:
-        there = ("--port", str(server.port), *ledger)
-        done = serve(*there, "--check")
-        assert (done.returncode, done.stdout) == (0, "the settings are valid\n")
+    with serving(database_url=ledger) as server:
+        capsys.readouterr()
+        assert main([*check, "--port", server.url.rpartition(":")[2]]) == 0
+    assert capsys.readouterr().out == "the settings are valid\n"
 
 
 def test_the_service_manager_is_told_of_start_life_and_stop(

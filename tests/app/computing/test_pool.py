@@ -231,7 +231,7 @@ async def test_a_worker_that_has_started_after_the_end_is_ended() -> None:
     assert worker.asked == []
 
 
-async def test_a_trial_computes_once_for_all_callers() -> None:
+async def test_a_trial_computes_once_for_all_callers_and_says_no_where_no_process_starts() -> None:
     pool = Pool(1, 1)
     asking = [asyncio.create_task(pool.compute()) for _ in range(5)]
     await turns()
@@ -240,8 +240,6 @@ async def test_a_trial_computes_once_for_all_callers() -> None:
     worker.says(4711)
     assert await asyncio.gather(*asking) == [True] * 5
 
-
-async def test_a_trial_says_no_where_no_process_starts() -> None:
     async def fails() -> WorkerProcess:
         raise EndedError("no process could be started for it")
 

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from plinko.app.concurrency.single_flight import SingleFlight
+from plinko.app.concurrency.single_flight import Signal, SingleFlight
 from plinko.app.errors import LedgerError
 from tests.kit.waiting import turns
 
@@ -89,3 +89,24 @@ async def test_work_without_callers_goes_on_unless_it_may_be_abandoned(abandons:
     await turns()
     work.ends.set()
     assert await again == (2 if abandons else 1)
+
+
+async def test_a_signal_wakes_all_who_wait_and_later_ones_wait_for_the_next() -> None:
+    signal, woken = Signal(), list[str]()
+
+    async def wait(name: str) -> None:
+        await signal.wait()
+        woken.append(name)
+
+    signal.send()
+    async with asyncio.TaskGroup() as tasks:
+        for name in ("a", "b"):
+            tasks.create_task(wait(name))
+        await turns()
+        assert woken == []
+        signal.send()
+        tasks.create_task(wait("later"))
+        await turns()
+        assert sorted(woken) == ["a", "b"]
+        signal.send()
+    assert woken[2:] == ["later"]

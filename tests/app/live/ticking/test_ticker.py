@@ -1,6 +1,8 @@
 """The ticker does not drift, catches up a bounded number of ticks, and sleeps when idle."""
 
 import asyncio
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -54,6 +56,10 @@ def test_after_a_pause_the_cap_is_caught_up_the_rest_counted() -> None:
     assert schedule.due(61.0 * PERIOD) == 1
 
 
+def ticker_of(tick: Callable[[int], list[bool]], clock: FakeClock, **options: Any) -> Ticker:
+    return Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep, **options)
+
+
 async def ticker_run(ticker: Ticker) -> None:
     task = asyncio.create_task(ticker.run())
     await turns(5000)
@@ -62,15 +68,7 @@ async def ticker_run(ticker: Ticker) -> None:
         await task
 
 
-async def test_a_ticker_that_nobody_wakes_does_nothing() -> None:
-    clock = FakeClock()
-    ticker = Ticker(Schedule(PERIOD, 5), lambda due: [True], clock=clock, sleep=clock.sleep)
-    await ticker_run(ticker)
-    assert (ticker.ticks, ticker.wakeups, clock.sleeps) == (0, 0, 0)
-    assert ticker.asleep
-
-
-async def test_a_ticker_sleeps_again_once_nothing_moves() -> None:
+async def test_a_ticker_does_nothing_until_woken_and_sleeps_again_once_nothing_moves() -> None:
     clock = FakeClock(late=[0.001, 0.0, 0.004])
     left = [10]
 
@@ -78,7 +76,9 @@ async def test_a_ticker_sleeps_again_once_nothing_moves() -> None:
         left[0] -= due
         return [left[0] > 0]
 
-    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
+    ticker = ticker_of(tick, clock)
+    await ticker_run(ticker)
+    assert (ticker.ticks, ticker.wakeups, clock.sleeps, ticker.asleep) == (0, 0, 0, True)
     ticker.wake()
     await ticker_run(ticker)
     assert (ticker.ticks, ticker.wakeups, ticker.asleep) == (10, 1, True)
@@ -97,7 +97,7 @@ async def test_a_ticker_woken_while_awake_goes_on_with_its_rhythm() -> None:
         ticker.wake()
         return [len(times) < 50]
 
-    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
+    ticker = ticker_of(tick, clock)
     ticker.wake()
     await ticker_run(ticker)
     assert times[:50] == pytest.approx([1000.0 + (k + 1) * PERIOD for k in range(50)])
@@ -113,7 +113,7 @@ async def test_a_slow_tick_is_an_overrun_and_is_caught_up() -> None:
             clock.now += 2.5 * PERIOD
         return [len(dues) < 5]
 
-    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep)
+    ticker = ticker_of(tick, clock)
     ticker.wake()
     await ticker_run(ticker)
     assert dues == [1, 2, 1, 1, 1]
@@ -133,7 +133,7 @@ async def test_each_tick_s_lateness_and_duration_are_reported() -> None:
     def ticked(late: float, duration: float) -> None:
         journal.append((round(late, 6), round(duration, 6)))
 
-    ticker = Ticker(Schedule(PERIOD, 5), tick, clock=clock, sleep=clock.sleep, ticked=[ticked])
+    ticker = ticker_of(tick, clock, ticked=[ticked])
     await ticker_run(ticker)
     assert journal == []
     ticker.wake()
@@ -144,12 +144,8 @@ async def test_each_tick_s_lateness_and_duration_are_reported() -> None:
 async def test_a_ticker_that_is_cancelled_is_asleep() -> None:
     clock = FakeClock()
     asleep: list[bool] = []
-    ticker = Ticker(
-        Schedule(PERIOD, 5),
-        lambda due: [True],
-        clock=clock,
-        sleep=clock.sleep,
-        ticked=[lambda late, duration: asleep.append(ticker.asleep)],
+    ticker = ticker_of(
+        lambda due: [True], clock, ticked=[lambda late, duration: asleep.append(ticker.asleep)]
     )
     ticker.wake()
     await ticker_run(ticker)
