@@ -3,7 +3,6 @@
 import contextlib
 import json
 import math
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -40,27 +39,21 @@ def test_the_error_names_what_is_malformed(text: str, said: str) -> None:
         client_messages.decode_message(text)
 
 
-@given(st.text(max_size=200))
-def test_any_text_is_a_message_or_refused(text: str) -> None:
+KEYS = st.sampled_from(["type", "seed", "x", "ref", "t"])
+
+
+@given(st.text(max_size=200) | st.dictionaries(KEYS, st.none() | st.text()).map(json.dumps))
+def test_any_text_or_object_is_a_message_or_refused(text: str) -> None:
     with contextlib.suppress(MalformedError, EngineError):
         client_messages.decode_message(text)
 
 
-@given(st.dictionaries(st.sampled_from(["type", "seed", "x", "ref", "t"]), st.none() | st.text()))
-def test_any_object_is_a_message_or_refused(value: dict[str, Any]) -> None:
-    with contextlib.suppress(MalformedError, EngineError):
-        client_messages.decode_message(json.dumps(value))
-
-
-@pytest.mark.parametrize("value", ["1", True, [], {}, math.nan, math.inf, -math.inf, 10**400])
-def test_a_start_that_is_no_number_is_named(value: object) -> None:
-    with pytest.raises(InvalidValueError, match="x "):
-        client_messages.parse_place(value, "x")
-
-
-@pytest.mark.parametrize(("value", "x"), [(None, None), (1, 1.0), (-0.25, -0.25)])
-def test_a_start_is_metres(value: object, x: float | None) -> None:
-    assert client_messages.parse_place(value, "x") == x
+def test_a_start_is_metres_and_what_is_no_number_is_named() -> None:
+    for value, x in ((None, None), (1, 1.0), (-0.25, -0.25)):
+        assert client_messages.parse_place(value, "x") == x
+    for wrong in ("1", True, [], {}, math.nan, math.inf, -math.inf, 10**400):
+        with pytest.raises(InvalidValueError, match="x "):
+            client_messages.parse_place(wrong, "x")
 
 
 def nested(depth: int) -> str:

@@ -97,31 +97,17 @@ def test_frames_show_where_the_drop_is_at_that_tick() -> None:
     assert len(frame.balls) == 0
 
 
-def test_a_bounce_is_flagged_in_the_next_frame_and_only_there() -> None:
-    table = room()
-    table.drop(DropCommand(42))
-    while not any(isinstance(event, messages.Contact) for event in table.step(watched=True)):
-        table.snapshot()
-    table.step(watched=True)
-
-    def flags() -> list[bool]:
-        frame = decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
-        flagged: list[bool] = frame.balls["bounced"].tolist()
-        return flagged
-
-    assert flags() == [True]
-    assert flags() == [False], "nothing happened in between"
-
-
-def test_landed_balls_leave_nothing_behind_without_snapshots() -> None:
-    room = IndependentRoom("r", Board.preset("triangle-8"), tick_rate=60, max_balls=20)
+def test_a_full_room_takes_no_more_until_balls_landed_which_leave_nothing_behind() -> None:
+    table = room(max_balls=20)
     for seed in range(20):
-        room.drop(DropCommand(seed))
-    assert room.first_message("paths")
-    while room.awake:
-        room.step(watched=True)
-    assert not room._bounced
-    assert not room._paths
+        table.drop(DropCommand(seed))
+    with pytest.raises(BallLimitError, match="already has 20 balls"):
+        table.drop(DropCommand(20))
+    assert table.first_message("paths")
+    play(table)
+    assert not table._bounced
+    assert not table._paths
+    table.drop(DropCommand(20))
 
 
 def test_frames_count_the_events_announced_before_them() -> None:
@@ -135,16 +121,6 @@ def test_frames_count_the_events_announced_before_them() -> None:
         frame = decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)
         assert frame.seq == announced
     assert table.hello(0.0, messages.Limits(1, 1.0, 1)).seq == announced
-
-
-def test_a_full_room_takes_no_more_until_a_ball_has_landed() -> None:
-    table = room(max_balls=2)
-    table.drop(DropCommand(1))
-    table.drop(DropCommand(2))
-    with pytest.raises(BallLimitError, match="already has 2 balls"):
-        table.drop(DropCommand(3))
-    play(table)
-    table.drop(DropCommand(3))
 
 
 def test_hello_names_the_balls_in_flight_and_their_starts() -> None:

@@ -93,7 +93,7 @@ def test_a_held_ball_follows_the_hand_and_flies_on_when_let_go() -> None:
     assert places(room)[0][0] > x + 0.2, "it flies on as fast as it was led"
 
 
-def test_a_silent_hand_releases_its_ball() -> None:
+def test_a_ball_in_a_hand_is_not_asleep_and_a_silent_hand_releases_it() -> None:
     room = box()
     tell(room, "add", x=0.0, y=1.0)
     tell(room, "drag", ball=0, x=0.0, y=1.0)
@@ -101,9 +101,6 @@ def test_a_silent_hand_releases_its_ball() -> None:
     assert places(room)[0][1] == pytest.approx(1.0, abs=0.05)
     run(room, 3 * TICKS)
     assert places(room)[0][1] > 3.0
-
-
-def test_a_ball_in_a_hand_is_not_asleep() -> None:
     room = box(gravity=0.0)
     tell(room, "add", x=0.0, y=1.0)
     tell(room, "drag", ball=0, x=0.0, y=1.0)
@@ -144,7 +141,11 @@ def test_one_slider_sets_the_material_of_every_pair() -> None:
         assert place.peg_material.restitution <= 0.05 or not place.pegs
 
 
-def test_each_setting_takes_effect_and_is_sent() -> None:
+def test_each_setting_has_a_range_takes_effect_and_is_sent() -> None:
+    for values in (BALL, SETTINGS):
+        for name, entry in values.items():
+            assert entry.default is not None
+            assert entry.low <= entry.default <= entry.high, name
     asked: dict[str, Any] = {
         "gravity": -3.0, "gravity_x": 4.0, "drag": 0.1, "damping": 0.99, "rolling": 0.01,
         "max_speed": 5.0, "correction": 0.5, "dt": 0.01, "substeps": 2, "projection": 0,
@@ -153,11 +154,11 @@ def test_each_setting_takes_effect_and_is_sent() -> None:
     assert asked.keys() == SETTINGS.keys()
     usual: dict[str, Any] = {name: entry.default for name, entry in SETTINGS.items()}
     room = box(balls=3)
-    for values in (asked, usual):
-        (told,) = tell(room, "settings", **values)
+    for wanted in (asked, usual):
+        (told,) = tell(room, "settings", **wanted)
         assert isinstance(told, messages.RoomSettings)
         sent: dict[str, Any] = {name: told.settings[name] for name in asked}
-        assert sent == values
+        assert sent == wanted
         assert box(balls=3, **sent).world.arena.settings == room.world.arena.settings
     assert room.world.arena.settings == box(balls=3).world.arena.settings
 
@@ -172,14 +173,17 @@ def test_a_scene_of_1_0_0_keeps_its_digest_and_can_be_read() -> None:
     assert new.digest != old.digest
 
 
-def test_a_reset_begins_another_scene_and_the_clock_goes_on() -> None:
+def test_a_reset_begins_another_scene_and_a_cleared_box_is_restored() -> None:
     room = box(balls=5)
     run(room, 30)
     tell(room, "reset", scene={"scene": "sandbox", "balls": 7, "width": 3.0})
-    assert (room.world.count, room.world.tick) == (7, 30)
+    assert (room.world.count, room.world.tick) == (7, 30), "the clock goes on"
     assert room.extent.x_max == 1.5
     tell(room, "clear")
     assert room.world.count == 0
+    again = box()
+    again.restore(room.checkpoint())
+    assert (again.world.count, again.world.digest) == (0, room.world.digest)
 
 
 def test_drops_on_a_board_knock_each_other_and_land_in_bins() -> None:
@@ -306,13 +310,7 @@ def test_a_room_whose_balls_have_all_gone_is_restored(preset: str) -> None:
     assert again.world.digest == first.world.digest
 
 
-def test_a_box_that_was_cleared_is_restored() -> None:
-    first = box(balls=3)
-    run(first, 5)
-    tell(first, "clear")
-    again = box()
-    again.restore(first.checkpoint())
-    assert (again.world.count, again.world.digest) == (0, first.world.digest)
+BOX: dict[str, Any] = {"scene": "sandbox"}
 
 
 def test_frames_and_watching_do_not_change_what_happens() -> None:
@@ -343,18 +341,10 @@ def test_frames_and_watching_do_not_change_what_happens() -> None:
         ("settings", {"substeps": 2.5}, "substeps 2.5 is not a whole number"),
         ("settings", {"dt": 0.5}, "dt 0.5 is not from 0.001 to 0.1 s"),
         ("reset", {"scene": {"scene": "moon"}}, "scene 'moon' is not one of: sandbox, galton"),
-        ("reset", {"scene": {"scene": "sandbox", "ballz": 3}}, "has no 'ballz'; it has: balls"),
-        (
-            "reset",
-            {"scene": {"scene": "sandbox", "radii": [0.3, 0.1]}},
-            "the smaller must come first",
-        ),
-        ("reset", {"scene": {"scene": "sandbox", "balls": 501}}, "at most 500"),
-        (
-            "reset",
-            {"scene": {"scene": "sandbox", "balls": 400, "radii": [0.4, 0.5]}},
-            "400 balls of up to 0.5 m do not fit into 6 m by 4 m",
-        ),
+        ("reset", {"scene": BOX | {"ballz": 3}}, "has no 'ballz'; it has: balls"),
+        ("reset", {"scene": BOX | {"radii": [0.3, 0.1]}}, "the smaller must come first"),
+        ("reset", {"scene": BOX | {"balls": 501}}, "at most 500"),
+        ("reset", {"scene": BOX | {"balls": 400, "radii": [0.4, 0.5]}}, "do not fit into 6 m by"),
     ],
 )
 def test_an_impossible_input_is_refused_with_its_value(
@@ -395,21 +385,12 @@ def test_an_input_for_a_ball_that_has_gone_does_nothing() -> None:
     take.durable = kick.durable = True
     run(room, 2)
     entered = room.enter()
-    assert [[type(event).__name__ for event in each.events] for each in entered] == [
-        ["Removed"],
-        [],
-    ]
+    told = [[type(event).__name__ for event in each.events] for each in entered]
+    assert told == [["Removed"], []]
     assert room.world.count == 0
     assert entered[0].failed is None
     assert isinstance(entered[1].failed, MissingBallError)
     assert "no ball 0" in str(entered[1].failed)
-
-
-def test_every_slider_has_a_range_and_a_default_within_it() -> None:
-    for table in (BALL, SETTINGS):
-        for name, entry in table.items():
-            assert entry.default is not None
-            assert entry.low <= entry.default <= entry.high, name
 
 
 def aside(room: TouchingRoom) -> None:
@@ -456,13 +437,8 @@ def test_a_room_keeps_its_tick_while_the_next_is_computed() -> None:
     run(room, 1)
     run(again, 1)
     assert again.checkpoint() == room.checkpoint()
-
-
-def test_few_balls_are_not_worth_another_thread() -> None:
-    room = box(balls=10)
-    assert not room.steps_aside
-    assert room.ready
-    assert room.begin_step() is None
+    few = box(balls=10)
+    assert (few.steps_aside, few.ready, few.begin_step()) == (False, True, None)
 
 
 def test_no_ball_is_put_into_a_crowd_that_a_step_could_not_part() -> None:
@@ -479,9 +455,7 @@ def test_no_ball_is_put_into_a_crowd_that_a_step_could_not_part() -> None:
     for _ in range(60):
         room.step(watched=False)
     assert room.world.count == MOST_OVERLAPS + 1
-
-
-def test_no_drop_joins_a_crowd_either() -> None:
+    # No drop joins a crowd either.
     room = table()
     for _ in range(MOST_OVERLAPS + 1):
         room.plan_drop(DropCommand(7)).durable = True
