@@ -25,29 +25,18 @@ def opened(response: httpx.Response) -> Image.Image:
     return Image.open(io.BytesIO(response.content))
 
 
-@pytest.mark.parametrize(
-    ("suffix", "media_type", "fmt"),
-    [
-        ("png", "image/png", "PNG"),
-        ("jpg", "image/jpeg", "JPEG"),
-        ("gif", "image/gif", "GIF"),
-        ("webp", "image/webp", "WEBP"),
-        ("apng", "image/apng", "PNG"),
-    ],
-)
-def test_a_drop_comes_in_every_format(
-    http: httpx.Client, suffix: str, media_type: str, fmt: str
-) -> None:
-    response = http.get(f"{DROP}.{suffix}?width=240")
-    assert response.headers["content-type"] == media_type
-    with opened(response) as picture:
-        assert (picture.format, picture.width) == (fmt, 240)
-        moving = math.ceil(drop(BOARD, 42).duration * 30) + 1
-        frames = 1 if suffix in {"png", "jpg"} else moving
-        assert getattr(picture, "n_frames", 1) == frames
+FORMATS = {"png": "PNG", "jpg": "JPEG", "gif": "GIF", "webp": "WEBP", "apng": "PNG"}
 
 
-def test_a_drop_comes_as_a_video(http: httpx.Client) -> None:
+def test_a_drop_comes_in_every_format_and_as_a_video(http: httpx.Client) -> None:
+    for suffix, fmt in FORMATS.items():
+        moves = suffix not in {"png", "jpg"}
+        response = http.get(f"{DROP}.{suffix}?width=240{'&fps=10' * moves}")
+        assert response.headers["content-type"] == f"image/{suffix.replace('jpg', 'jpeg')}"
+        with opened(response) as picture:
+            assert (picture.format, picture.width) == (fmt, 240)
+            frames = math.ceil(drop(BOARD, 42).duration * 10) + 1
+            assert getattr(picture, "n_frames", 1) == (frames if moves else 1)
     response = http.get(f"{DROP}.mp4?width=240&fps=5")
     assert response.headers["content-type"] == "video/mp4"
     assert response.content == drop_animation(drop(BOARD, 42), "mp4", 240, 5)
@@ -86,22 +75,17 @@ def no_worker(server: Running, monkeypatch: pytest.MonkeyPatch) -> Callable[[], 
     return lambda: monkeypatch.setattr(server.services.computing.workers, "measured", refuse)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".gif?fps=2", ".mp4?fps=2", "/frames?fps=10"])
-def test_a_caller_s_copy_is_known_to_be_current_without_a_worker(
-    http: httpx.Client, no_worker: Callable[[], None], suffix: str
+def test_a_kept_picture_and_a_caller_s_current_copy_cost_no_worker(
+    http: httpx.Client, no_worker: Callable[[], None]
 ) -> None:
-    tag = {"if-none-match": http.get(f"{DROP}{suffix}").headers["etag"]}
+    suffixes = (".png?width=250", ".apng?fps=3&width=250", ".gif?fps=2", ".mp4?fps=2")
+    first = [http.get(f"{DROP}{each}") for each in (*suffixes, "/frames?fps=10")]
     no_worker()
-    assert http.get(f"{DROP}{suffix}", headers=tag).status_code == 304
-
-
-@pytest.mark.parametrize("query", ["apng?fps=3&width=250", "png?width=250"])
-def test_a_picture_that_is_kept_costs_no_worker(
-    http: httpx.Client, no_worker: Callable[[], None], query: str
-) -> None:
-    first = http.get(f"{DROP}.{query}").content
-    no_worker()
-    assert http.get(f"{DROP}.{query}").content == first
+    for each, answer in zip((*suffixes, "/frames?fps=10"), first, strict=True):
+        tag = {"if-none-match": answer.headers["etag"]}
+        assert http.get(f"{DROP}{each}", headers=tag).status_code == 304
+        if each in suffixes:
+            assert http.get(f"{DROP}{each}").content == answer.content
 
 
 def test_drops_that_differ_in_anything_have_other_pictures(http: httpx.Client) -> None:
@@ -114,9 +98,7 @@ def test_drops_that_differ_in_anything_have_other_pictures(http: httpx.Client) -
         assert answer.status_code == 200, path
         tags.add(answer.headers["etag"])
     assert len(tags) == len(drops) + 3
-
-
-def test_a_registered_board_is_drawn_by_its_digest(http: httpx.Client) -> None:
+    # A registered board is drawn by its digest.
     digest = http.post("/api/v1/boards", json={**TINY, "name": "drawn"}).json()["digest"]
     with opened(http.get(f"/api/v1/drops/{digest}/7.png?width=300")) as picture:
         assert picture.width == 300
@@ -131,8 +113,7 @@ def test_many_drops_come_in_every_still_format(http: httpx.Client, kind: str, su
     path = f"/api/v1/boards/triangle-12/{kind}.{suffix}?drops=9&width=400"
     response = http.get(path)
     with opened(response) as picture:
-        assert picture.format == {"png": "PNG", "jpg": "JPEG", "webp": "WEBP"}[suffix]
-        assert picture.width == 400
+        assert (picture.format, picture.width) == (FORMATS[suffix], 400)
     assert response.headers["content-type"] == f"image/{suffix.replace('jpg', 'jpeg')}"
     tag = {"if-none-match": response.headers["etag"]}
     assert http.get(path, headers=tag).status_code == 304

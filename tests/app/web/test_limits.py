@@ -28,15 +28,11 @@ def test_a_bucket_refills_and_says_when() -> None:
     assert bucket.wait() == pytest.approx(0.5)
     assert bucket.take(100.5)
     assert not bucket.take(100.5)
-
-
-def test_a_clock_that_steps_back_gives_nothing_away() -> None:
+    # A clock that steps back gives nothing away.
     bucket = TokenBucket(1.0, 1, 100.0)
     assert bucket.take(100.0)
     assert not bucket.take(50.0)
-
-
-def test_spending_too_fast_names_the_rate_and_when_to_come_back() -> None:
+    # Spending too fast names the rate, and when to come back.
     bucket = TokenBucket(4.0, 1, 0.0)
     spend(bucket, 0.0, "drops")
     with pytest.raises(RateLimitError, match="more than 4 drops a second") as caught:

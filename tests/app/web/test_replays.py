@@ -71,9 +71,19 @@ def test_a_drop_that_exceeds_its_price_goes_to_a_worker(
     assert found.headers["etag"] == expected.headers["etag"]
 
 
-@pytest.mark.parametrize("path", [DROP, f"{DROP}x", "/api/v1/drops/nowhere/42"])
-def test_an_address_alone_says_what_all_of_its_options_say(http: httpx.Client, path: str) -> None:
-    alone, spelt = http.get(path), http.get(f"{path}?solver=exact&certainty=false")
+@pytest.mark.parametrize(
+    ("path", "options"),
+    [
+        (DROP, "solver=exact&certainty=false"),
+        (f"{DROP}x", "solver=exact&certainty=false"),
+        ("/api/v1/drops/nowhere/42", "solver=exact&certainty=false"),
+        (f"{DROP}/frames", "fps=60"),
+    ],
+)
+def test_an_address_alone_says_what_all_of_its_options_say(
+    http: httpx.Client, path: str, options: str
+) -> None:
+    alone, spelt = http.get(path), http.get(f"{path}?{options}")
     assert (alone.status_code, alone.content) == (spelt.status_code, spelt.content)
     assert alone.headers.get("etag") == spelt.headers.get("etag")
     if alone.is_success:

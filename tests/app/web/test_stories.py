@@ -55,9 +55,12 @@ def test_a_room_goes_on_where_a_story_ends(server: Running, http: httpx.Client, 
     assert positions(server, room["id"]) == true[:-4:4]
 
 
-def test_its_log_has_the_whole_story_and_verifies(http: httpx.Client) -> None:
+def test_its_log_has_the_whole_story_and_verifies_and_it_belongs_to_its_creator(
+    http: httpx.Client,
+) -> None:
     told = paused(story())
     room = opened(http, told)
+    assert (room["owned"], bool(room["token"])) == (True, True)
     log = http.get(f"/api/v1/rooms/{room['id']}/log").json()
     assert [each["tick"] for each in log["inputs"]] == [each["tick"] for each in told["inputs"]]
     assert [each["input"]["type"] for each in log["inputs"]] == [
@@ -66,28 +69,21 @@ def test_its_log_has_the_whole_story_and_verifies(http: httpx.Client) -> None:
     assert verify_log(log).ok
 
 
-def test_it_belongs_to_its_creator(http: httpx.Client) -> None:
-    room = opened(http, story())
-    assert room["owned"]
-    assert room["token"]
-
-
 def test_a_room_of_a_story_is_there_after_a_restart(tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'plinko.db'}"
-    with (
-        serving(database_url=url) as running,
-        running.client() as client,
-    ):
+    with serving(database_url=url) as running, running.client() as client:
         room = opened(client, paused(story()))["id"]
         before = positions(running, room)
-    with (
-        serving(database_url=url) as running,
-        running.client() as client,
-    ):
+    with serving(database_url=url) as running, running.client() as client:
         assert client.get(f"/api/v1/rooms/{room}").json()["tick"] == SCENES[NAME][2]
         assert positions(running, room) == before
 
 
+def inputs(*told: dict[str, Any], tick: int = 5) -> dict[str, Any]:
+    return {"inputs": [{"tick": tick, "input": each} for each in told]}
+
+
+EMPTY = {"scene": {"scene": "sandbox", "balls": 0}, "inputs": []}
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "another rate": ({"tick_rate": 50}, "tick_rate"),
     "another physics": ({"physics_version": PHYSICS_VERSION - 1}, "physics_version"),
@@ -97,35 +93,20 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"inputs": [{"tick": at, "input": {"type": "clear"}} for at in (5, 4)]},
         "inputs[1].tick",
     ),
-    "no such ball": (
-        {"inputs": [{"tick": 5, "input": {"type": "kick", "ball": 4_000, "vx": 1.0}}]},
-        "inputs[0]",
-    ),
-    "no such input": ({"inputs": [{"tick": 5, "input": {"type": "explode"}}]}, "inputs[0].input"),
-    "out of range": (
-        {"inputs": [{"tick": 5, "input": {"type": "settings", "gravity": 1e9}}]},
-        "inputs[0]",
-    ),
-    "a reset": ({"inputs": [{"tick": 5, "input": {"type": "reset"}}]}, "inputs[0].input"),
-    "too many inputs": (
-        {"inputs": [{"tick": 0, "input": {"type": "clear"}}] * (MOST_INPUTS + 1)},
-        "inputs",
-    ),
+    "no such ball": (inputs({"type": "kick", "ball": 4_000, "vx": 1.0}), "inputs[0]"),
+    "no such input": (inputs({"type": "explode"}), "inputs[0].input"),
+    "out of range": (inputs({"type": "settings", "gravity": 1e9}), "inputs[0]"),
+    "a reset": (inputs({"type": "reset"}), "inputs[0].input"),
+    "too many inputs": (inputs(*[{"type": "clear"}] * (MOST_INPUTS + 1), tick=0), "inputs"),
     "hours": ({"tick": 10**7}, "story"),
-    "hours of an empty box": (
-        {"scene": {"scene": "sandbox", "balls": 0}, "inputs": [], "tick": 10**7},
-        "story",
-    ),
-    "ages of an empty box": (
-        {"scene": {"scene": "sandbox", "balls": 0}, "inputs": [], "tick": 10**18},
-        "story",
-    ),
+    "hours of an empty box": (EMPTY | {"tick": 10**7}, "story"),
+    "ages of an empty box": (EMPTY | {"tick": 10**18}, "story"),
     "endless substeps": (
-        {"inputs": [{"tick": 5, "input": {"type": "settings", "substeps": 10**400}}]},
+        inputs({"type": "settings", "substeps": 10**400}),
         "story.inputs[0].input.substeps",
     ),
     "more substeps than a number can be divided by": (
-        {"inputs": [{"tick": 5, "input": {"type": "settings", "substeps": 10**300}}]},
+        inputs({"type": "settings", "substeps": 10**300}),
         "story",
     ),
 }
@@ -144,11 +125,9 @@ def test_a_note_in_a_story_nested_too_deeply_is_refused(http: httpx.Client) -> N
     deep: Any = 1
     for _ in range(900):
         deep = [deep]
-    told = story(inputs=[{"tick": 5, "input": {"type": "clear", "ref": deep}}])
+    told = story(**inputs({"type": "clear", "ref": deep}))
     reply = http.post("/api/v1/rooms", json={"story": told})
     assert (reply.status_code, reply.json()["code"]) == (400, "malformed"), reply.text
-
-
-def test_a_story_has_its_scene_in_itself(http: httpx.Client) -> None:
+    # A story has its scene in itself.
     reply = http.post("/api/v1/rooms", json={"story": story(), "scene": "sandbox"})
     assert (reply.status_code, reply.json()["field"]) == (422, "scene")

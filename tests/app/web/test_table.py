@@ -68,15 +68,6 @@ def test_below_a_path_a_route_is_found_with_and_without_it(path: str) -> None:
     assert table.matches(request("GET", f"/below{path}", root_path="/below/it"))[0] is Match.NONE
 
 
-def test_without_a_query_every_parameter_has_its_default(http: httpx.Client) -> None:
-    drop = "/api/v1/drops/triangle-8/42"
-    for path, query in ((drop, "certainty=false"), (f"{drop}/frames", "fps=60")):
-        plain, with_query = http.get(path), http.get(f"{path}?{query}")
-        assert plain.status_code == with_query.status_code == 200
-        assert plain.content == with_query.content
-        assert plain.headers["etag"] == with_query.headers["etag"]
-
-
 async def test_a_parameter_without_a_default_is_still_required() -> None:
     router = operations("boards")
 
