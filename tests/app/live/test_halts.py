@@ -65,9 +65,7 @@ async def test_a_halted_table_takes_nothing_and_what_flies_lands(rooms: Rooms) -
     await ask(live, 8)
 
 
-async def test_all_tables_halt_at_once_and_a_single_halt_stays(
-    rooms: Rooms,
-) -> None:
+async def test_all_tables_halt_at_once_and_a_single_halt_stays(rooms: Rooms) -> None:
     await rooms.orders.give(HALT, "triangle-8")
     await rooms.orders.give(HALT, EVERY_ROOM)
     for name in ("main", "triangle-8", "interacting-triangle-8"):
@@ -98,12 +96,7 @@ async def test_a_cancelled_halt_leaves_no_half_halted_table(rooms: Rooms) -> Non
     asked.cancel()
     await turns()
     assert rooms.orders.holds("main")
-    both = (
-        rooms.orders.give(RELEASE, "main"),
-        rooms.orders.give(HALT, "main"),
-        rooms.orders.give(RELEASE, "main"),
-    )
-    await asyncio.gather(*both)
+    await asyncio.gather(*(rooms.orders.give(each, "main") for each in (RELEASE, HALT, RELEASE)))
     assert not rooms.orders.holds("main")
 
 

@@ -20,7 +20,7 @@ from tests.app.live.test_tags import TAG, opened
 from tests.kit.null_ledger import NullLedger
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
-from tests.kit.waiting import eventually, until
+from tests.kit.waiting import eventually, turns, until
 from tests.long import tries
 
 
@@ -60,36 +60,29 @@ async def test_queued_balls_are_dropped_in_order_with_their_names(
     assert http.post(f"{path}/clear", headers=own).json()["waiting"] == 0
 
 
-@pytest.mark.parametrize(
-    ("method", "path"), [("POST", ""), ("PATCH", ""), ("POST", "/clear"), ("POST", "/skip")]
-)
-def test_a_queue_is_its_room_s_owner_s(http: httpx.Client, method: str, path: str) -> None:
+def test_a_queue_is_its_room_s_owner_s(http: httpx.Client) -> None:
     room, _ = opened(http)
     _, other = opened(http)
-    for name, shown, status in ((room, {}, 401), (room, other, 403), ("main", other, 403)):
-        address = f"/api/v1/rooms/{name}/queue{path}"
-        assert http.request(method, address, json={"n": 1}, headers=shown).status_code == status
+    for method, path in (("POST", ""), ("PATCH", ""), ("POST", "/clear"), ("POST", "/skip")):
+        for name, shown, status in ((room, {}, 401), (room, other, 403), ("main", other, 403)):
+            address = f"/api/v1/rooms/{name}/queue{path}"
+            assert http.request(method, address, json={"n": 1}, headers=shown).status_code == status
     assert queue_of(http, "main")["items"] == []
 
 
-@pytest.mark.parametrize(
-    ("body", "field"),
-    [
-        ({"n": 0}, "n"),
-        ({"n": MOST_BALLS + 1}, "n"),
-        ({"n": "3"}, "n"),
-        ({"n": 1, "every": 0.0}, "every"),
-        ({"n": 1, "name": "<b>"}, "name"),
-        ({"n": 1, "colour": "red"}, "colour"),
-    ],
-)
-def test_an_invalid_queue_item_is_named(
-    http: httpx.Client, body: dict[str, Any], field: str
+def test_an_invalid_queue_item_is_named_and_a_reset_room_forgets_its_queue(
+    http: httpx.Client,
 ) -> None:
     room, own = opened(http)
-    answer = http.post(f"/api/v1/rooms/{room}/queue", json=body, headers=own)
-    assert answer.status_code == 422
-    assert field in answer.text
+    wrong = {"n": (0, MOST_BALLS + 1, "3"), "every": (0.0,), "name": ("<b>",), "colour": ("red",)}
+    for field, values in wrong.items():
+        for value in values:
+            body = {"n": 1, field: value}
+            answer = http.post(f"/api/v1/rooms/{room}/queue", json=body, headers=own)
+            assert (answer.status_code, answer.json()["field"]) == (422, field)
+    http.post(f"/api/v1/rooms/{room}/queue", json={"n": 9, "every": 60}, headers=own)
+    http.post(f"/api/v1/rooms/{room}/reset", headers=own).raise_for_status()
+    assert queue_of(http, room)["items"] == []
 
 
 def test_the_queue_s_length_is_limited() -> None:
@@ -105,13 +98,6 @@ def test_the_queue_s_length_is_limited() -> None:
         heavy.with_item(1, 1.0, NO_TAG)
     assert full.skipped().items == full.items[1:]
     assert heavy.cleared().with_item(1, 1.0, NO_TAG).items[0].number == heavy.next
-
-
-def test_a_reset_room_forgets_its_queue(http: httpx.Client) -> None:
-    room, own = opened(http)
-    http.post(f"/api/v1/rooms/{room}/queue", json={"n": 9, "every": 60}, headers=own)
-    http.post(f"/api/v1/rooms/{room}/reset", headers=own).raise_for_status()
-    assert queue_of(http, room)["items"] == []
 
 
 @pytest.mark.long
@@ -202,15 +188,12 @@ async def test_a_queue_goes_on_when_a_ball_lands_and_not_before() -> None:
     play = Play()
     await play.queue.add(MOST_FALLING + 2, 0.0, NO_TAG)
     await eventually(lambda: len(play.dropped) >= MOST_FALLING)
-    for _ in range(20):
-        await asyncio.sleep(0)
+    await turns()
     assert len(play.dropped) == MOST_FALLING, "as many as may fall do"
     await play.land(3)
     await eventually(lambda: len(play.dropped) == MOST_FALLING + 1)
     play.queue.end()
-
-
-async def test_an_item_whose_last_ball_was_dropped_waits_no_more() -> None:
+    # An item whose last ball was dropped waits no more.
     play = Play()
     await play.queue.add(1, 60.0, NO_TAG)
     await eventually(lambda: play.dropped)

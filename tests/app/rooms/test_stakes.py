@@ -1,6 +1,5 @@
 """Stakes and payouts are whole minor units within their range."""
 
-import hashlib
 from fractions import Fraction
 from math import floor
 from typing import Any
@@ -31,7 +30,8 @@ from plinko.engine.drops.flight import fly
 from plinko.engine.payouts.listing import LEAST_RETURN, MOST_RETURN
 from plinko.engine.payouts.record import odds_of_record
 from tests.app.conftest import QUICK, TINY
-from tests.kit.player import Player, playing
+from tests.app.live.sessions.test_fair_sessions import bearer, begun_by
+from tests.kit.player import playing
 from tests.kit.serving import Running
 
 
@@ -72,7 +72,8 @@ async def test_a_room_refuses_a_stake_that_could_pay_more_than_readers_keep(
     room = http.post("/api/v1/rooms", json={"board": RICH}).json()["id"]
     most = most_stake([1e9])
     async with playing(server.socket(room)) as player:
-        session, shown = await begun(player)
+        session, token = await begun_by(player)
+        shown = bearer(token)
         await player.send(type="drop", session=session, stake=most + 1, ref=1)
         error = await player.until("error")
         body = {"session": session, "stake": MAX_STAKE}
@@ -111,21 +112,11 @@ def test_a_stake_of_a_ball_in_flight_is_in_its_fact() -> None:
     assert payouts == [payout_of(250, score)] * 2
 
 
-async def begun(player: Player) -> tuple[str, dict[str, str]]:
-    """Begin and open a session in a player's room; returns it, and the header with its token."""
-    secret = b"\x11" * 32
-    await player.send(type="session", commitment=hashlib.sha256(secret).hexdigest())
-    begun = await player.until("session")
-    await player.send(type="open", session=begun["session"], seed=secret.hex())
-    await player.until("session", open=True)
-    return begun["session"], {"authorization": f"Bearer {begun['token']}"}
-
-
 async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client) -> None:
     opened = http.post("/api/v1/rooms", json={"board": QUICK}).json()
     room, headers = opened["id"], {"authorization": f"Bearer {opened['token']}"}
     async with playing(server.socket(room)) as player:
-        session, shown = await begun(player)
+        session, token = await begun_by(player)
         await player.send(type="drop", session=session, stake=100, who="ann")
         accepted = await player.until("accepted")
         landed = await player.until("landed")
@@ -134,7 +125,8 @@ async def test_stakes_are_kept_told_and_paid(server: Running, http: httpx.Client
         assert "payout" not in await player.until("landed")
     assert (accepted["stake"], landed["payout"]) == (100, payout_of(100, landed["score"]))
     body = {"session": session, "stake": 7}
-    reply = http.post(f"/api/v1/rooms/{room}/drops?wait=1", json=body, headers=shown).json()
+    address = f"/api/v1/rooms/{room}/drops?wait=1"
+    reply = http.post(address, json=body, headers=bearer(token)).json()
     assert reply["landed"]["payout"] == payout_of(7, reply["landed"]["score"])
     drops = http.get(f"/api/v1/rooms/{room}/log", headers=headers).json()["drops"]
     assert [(each["stake"], each["who"]) for each in drops] == [(100, "ann"), (0, None), (7, None)]
@@ -166,7 +158,7 @@ async def test_only_boards_whose_return_is_counted_take_stakes(
     room = http.post("/api/v1/rooms", json=form).json()["id"]
     async with playing(server.socket(room)) as player:
         assert player.hello["stakes"] is False
-        session, _ = await begun(player)
+        session, _ = await begun_by(player)
         await player.send(type="drop", session=session, stake=100, ref=1)
         refused = await player.until("error")
         assert (refused["code"], refused["ref"]) == ("invalid-value", 1)

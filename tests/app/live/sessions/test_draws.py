@@ -67,11 +67,9 @@ def test_a_session_there_is_proven_with_its_draw(
     session, shown = begun(http, opened["id"])
     assert session["statement"]["draw_digest"] == opened["draw"]["digest"]
     drops, body = f"/api/v1/rooms/{opened['id']}/drops", {"session": session["session"]}
-    landed = [
-        http.post(drops, params={"wait": 1}, json=body, headers=shown).json()["landed"]
-        for _ in range(2)
-    ]
-    for each in landed:
+    for _ in range(2):
+        reply = http.post(drops, params={"wait": 1}, json=body, headers=shown)
+        each = reply.json()["landed"]
         assert each["seed"] in DRAW["seeds"][each["bin"]]
         assert each["digest"] == drop(BOARD, each["seed"]).digest, "nothing steers the ball"
     http.post(f"/api/v1/sessions/{session['session']}/end", headers=shown)

@@ -14,7 +14,7 @@ from plinko.app.fairness.signing import is_signed
 from plinko.app.settings import page_kernels
 from plinko.engine.merkle import is_consistent
 from tests.app.conftest import QUICK
-from tests.kit.player import playing
+from tests.kit.player import Player, playing
 from tests.kit.serving import Running
 from tests.kit.waiting import until
 
@@ -36,6 +36,15 @@ def begun(http: httpx.Client, room: str = "main") -> tuple[dict[str, Any], dict[
     opening = f"/api/v1/sessions/{session['session']}/opening"
     assert http.post(opening, json={"seed": SEED.hex()}, headers=shown).json()["open"]
     return session, shown
+
+
+async def begun_by(player: Player) -> tuple[str, str]:
+    """Begin and open a session in a player's room; returns it, and its token."""
+    await player.send(type="session", commitment=COMMITMENT)
+    state = await player.until("session")
+    await player.send(type="open", session=state["session"], seed=SEED.hex())
+    await player.until("session", open=True)
+    return state["session"], state["token"]
 
 
 def exported(http: httpx.Client, session: str, shown: dict[str, str]) -> dict[str, Any]:
@@ -136,13 +145,10 @@ def test_secrets_and_tokens_are_asked_for(http: httpx.Client, tiny: str) -> None
     assert "the seed does not match the commitment" in wrong.json()["detail"]
     assert http.post(f"{address}/end").status_code == 401
     assert http.post(f"{address}/end", headers=bearer("x")).status_code == 403
-
-
-def test_a_session_of_another_table_drops_nothing(http: httpx.Client, tiny: str) -> None:
-    session, shown = begun(http, tiny)
-    body = {"session": session["session"], "stake": 1}
-    answer = http.post("/api/v1/rooms/triangle-8/drops", json=body, headers=shown)
-    assert (answer.status_code, answer.json()["code"]) == (409, "session-state")
+    # A session of another table drops nothing.
+    assert http.post(f"{address}/opening", json={"seed": SEED.hex()}, headers=shown).is_success
+    other = http.post("/api/v1/rooms/triangle-8/drops", json=drop, headers=shown)
+    assert (other.status_code, other.json()["code"]) == (409, "session-state")
     assert checked(http, session["session"], shown).drops == 0
 
 
@@ -150,22 +156,15 @@ async def test_many_players_and_many_balls_in_one_room(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
     async with playing(server.socket(tiny)) as ada, playing(server.socket(tiny)) as ben:
-        ids, tokens = [], []
-        for player in (ada, ben):
-            await player.send(type="session", commitment=COMMITMENT, ref=1)
-            state = await player.until("session", ref=1)
-            await player.send(type="open", session=state["session"], seed=SEED.hex(), ref=2)
-            assert (await player.until("session", ref=2))["open"]
-            ids.append(state["session"])
-            tokens.append(state["token"])
+        players = [(each, *await begun_by(each)) for each in (ada, ben)]
         for number in range(4):
-            for player, session in ((ada, ids[0]), (ben, ids[1])):
+            for player, session, _ in players:
                 await player.send(type="drop", session=session, stake=100, ref=number)
-        heard: dict[str, list[dict[str, Any]]] = {session: [] for session in ids}
-        for player, session in ((ada, ids[0]), (ben, ids[1])):
+        heard: dict[str, list[dict[str, Any]]] = {}
+        for player, session, _ in players:
             for number in range(4):
                 accepted = await player.until("accepted", ref=number)
-                heard[session].append(accepted["receipt"])
+                heard.setdefault(session, []).append(accepted["receipt"])
                 assert accepted["receipt"]["receipt"]["drop"] == number
         # The log is public: both clients received the same receipts.
         for balls in heard.values():
@@ -175,7 +174,7 @@ async def test_many_players_and_many_balls_in_one_room(
                     if not any(each.get("ball") == ball and each["type"] == "landed"
                                for each in player.events):  # fmt: skip
                         await player.until("landed", ball=ball)
-        for player, session, token in zip((ada, ben), ids, tokens, strict=True):
+        for player, session, token in players:
             await player.send(type="end", session=session, ref="over")
             await player.until("ended", ref="over")
             verdict = checked(http, session, bearer(token), heard=heard[session])
@@ -186,11 +185,7 @@ async def test_a_session_that_broke_off_goes_on_where_it_was(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
     async with playing(server.socket(tiny)) as player:
-        await player.send(type="session", commitment=COMMITMENT, ref=1)
-        state = await player.until("session", ref=1)
-        session, token = state["session"], state["token"]
-        await player.send(type="open", session=session, seed=SEED.hex(), ref=2)
-        await player.until("session", ref=2)
+        session, token = await begun_by(player)
         await player.send(type="drop", session=session, stake=50, ref=3)
         await player.until("accepted", ref=3)
     async with playing(server.socket(tiny)) as player:
@@ -227,39 +222,31 @@ async def test_what_a_socket_says_of_a_session_is_done_in_its_order(
         await player.send(type="end", session=session, ref="end")
         await player.send(type="drop", session=session, stake=50, ref="late")
         assert (await player.until("error"))["ref"] == "late"
-        assert [
+        told = [
             (each["type"], each["ref"]) for each in player.events if each.get("ref") is not None
-        ] == [
-            ("session", "join"),
-            ("session", "open"),
-            *(("accepted", number) for number in range(3)),
-            ("ended", "end"),
-            ("error", "late"),
         ]
+        drops = [("accepted", number) for number in range(3)]
+        joined = [("session", "join"), ("session", "open")]
+        assert told == [*joined, *drops, ("ended", "end"), ("error", "late")]
     assert checked(http, session, bearer(token)).drops == 3
 
 
-async def test_simultaneous_ends_of_a_session_get_the_same_answer(
+async def test_only_its_player_can_export_a_session_and_simultaneous_ends_get_one_answer(
     server: Running, http: httpx.Client, tiny: str
 ) -> None:
     session, shown = begun(http, tiny)
+    # Every client in the room receives the session's id with each receipt.
+    path = f"/api/v1/sessions/{session['session']}/export"
+    _, other = begun(http, tiny)
+    for headers, refusal in (({}, (401, "token-missing")), (other, (403, "not-yours"))):
+        answer = http.get(path, headers=headers)
+        assert (answer.status_code, answer.json()["code"]) == refusal
+    assert exported(http, session["session"], shown)["session"]["statement"] == session["statement"]
     path = f"/api/v1/sessions/{session['session']}/end"
     async with httpx.AsyncClient(base_url=server.url, timeout=60.0, headers=shown) as client:
         answers = await asyncio.gather(*(client.post(path) for _ in range(10)))
     assert [answer.status_code for answer in answers] == [200] * 10
     assert len({answer.content for answer in answers}) == 1
-
-
-def test_only_its_player_can_export_a_session(http: httpx.Client, tiny: str) -> None:
-    """Every client in the room receives the session's id with each receipt."""
-    session, shown = begun(http, tiny)
-    path = f"/api/v1/sessions/{session['session']}/export"
-    nobody = http.get(path)
-    assert (nobody.status_code, nobody.json()["code"]) == (401, "token-missing")
-    _, other = begun(http, tiny)
-    another = http.get(path, headers=other)
-    assert (another.status_code, another.json()["code"]) == (403, "not-yours")
-    assert exported(http, session["session"], shown)["session"]["statement"] == session["statement"]
 
 
 def test_an_export_says_nothing_of_a_drop_that_is_not_checked(
