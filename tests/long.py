@@ -7,7 +7,9 @@ measurements. tests/conftest.py marks the property tests.
 """
 
 import os
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
+
+import pytest
 
 T = TypeVar("T")
 
@@ -17,3 +19,8 @@ LONG: Final = bool(os.environ.get("LONG"))
 def tries(few: T, many: T) -> T:
     """`many` in `make test-long`, otherwise `few`: numbers, or lists of cases."""
     return many if LONG else few
+
+
+def many(value: object) -> Any:
+    """A case for `parametrize` that only `make test-long` tries: others show the same."""
+    return pytest.param(value, marks=pytest.mark.long("one case of many"))

@@ -75,8 +75,8 @@ def test_a_ball_lands_on_any_hard_board(hard: HardBoard) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_most_hard_boards_may_be_played(kind: str) -> None:
     """Otherwise the other tests would have little to test."""
-    made = [hard_board(kind, number) for number in range(40)]
-    assert sum(hard.playable() is not None for hard in made) > 20
+    made = [hard_board(kind, number) for number in range(16)]
+    assert sum(hard.playable() is not None for hard in made) > 8
 
 
 @pytest.mark.long

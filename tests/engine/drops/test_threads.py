@@ -22,7 +22,7 @@ def stop(*_):
 
 signal.signal(signal.SIGALRM, stop)
 stopped = 0
-for k in range(4000):
+for k in range(1600):
     try:
         sharing = True
         signal.setitimer(signal.ITIMER_REAL, (k % 400 + 2) * 5e-6)
@@ -114,4 +114,4 @@ def test_an_interrupt_at_any_moment_ends_it() -> None:
         timeout=LIMIT,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    assert int(done.stdout) > 100
+    assert int(done.stdout) > 40

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 import wasmtime
 
-from plinko.engine.jit import code_cache, native
-from tests.kit.python import run_python
+from plinko.engine.jit import code_cache, machine_code, native
 
 CODE = wasmtime.wat2wasm('(module (func (export "seven") (result i32) i32.const 7))')
 
@@ -98,14 +97,11 @@ def test_old_files_go(engine: wasmtime.Engine, folder: Path) -> None:
     assert len(list(folder.iterdir())) == code_cache.MOST_FILES
 
 
-@pytest.mark.parametrize(("forbids", "files"), [("native.forbid()", 0), ("pass", 1)])
+@pytest.mark.parametrize(("forbidden", "files"), [(True, 0), (False, 1)])
 def test_a_process_that_computes_for_others_keeps_nothing(
-    forbids: str, files: int, folder: Path
+    forbidden: bool, files: int, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    code = (
-        f"from plinko.engine.jit import native\n{forbids}\n"
-        "from plinko.engine import drop\ndrop('triangle-8', 1)"
-    )
-    run_python(code, XDG_CACHE_HOME=str(folder.parent))
+    monkeypatch.setattr(native, "is_forbidden", lambda: forbidden)
+    module = machine_code.modules.__wrapped__()["plinko.engine.exact.trace.trace_many"]
+    module.take()
     assert len(list(folder.glob("*"))) == files
-    assert not native.is_forbidden()

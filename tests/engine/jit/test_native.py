@@ -3,7 +3,7 @@
 import json
 import logging
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from hashlib import sha256
 from threading import Event
@@ -15,7 +15,7 @@ from plinko.engine import Board, drop_many
 from plinko.engine.drops import batch
 from plinko.engine.exact.lanes import trial
 from plinko.engine.exact.lanes.trace import Code
-from plinko.engine.jit import native, source_hash
+from plinko.engine.jit import limits, native, source_hash
 from tests.engine.jit import elf
 from tests.kit.python import run_python
 
@@ -152,23 +152,20 @@ def test_a_library_that_has_changed_is_not_loaded(
         native.load()
 
 
-@pytest.mark.parametrize(
-    "program",
-    [
-        "from plinko.engine.jit import native as said; said.forbid()",
-        "from plinko.engine.jit import limits as said; said.limit_calls()",
-        "import plinko.app.computing.preloaded",
-    ],
-)
-def test_a_process_that_computes_for_others_runs_no_native_code(program: str) -> None:
-    code = (
-        f"{program}\n"
-        "from plinko.engine.exact.lanes import trial\n"
-        "from plinko.engine.jit import native\n"
-        "native.load = None\n"  # a call of it would fail
-        "print(len(trial.trusted()))\n"
-    )
-    assert run_python(code) == "0\n"
+@pytest.mark.parametrize("forbid", [native.forbid, limits.limit_calls])
+def test_a_process_that_computes_for_others_runs_no_native_code(
+    forbid: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "_limited", Event())
+    monkeypatch.delattr(native, "load")  # a call of it would fail
+    forbid()
+    assert trial.trusted() == {}
+
+
+def test_a_server_s_workers_run_no_native_code() -> None:
+    """They have imported this module."""
+    said = "from plinko.engine.jit import native; print(native.is_forbidden())"
+    assert run_python(f"import plinko.app.computing.preloaded; {said}") == "True\n"
 
 
 def test_arrays_are_taken_as_they_are_or_refused(code: Mapping[str, Code]) -> None:
