@@ -21,6 +21,7 @@ def scene(
     radius: float = 0.1,
     bins: Bins = WIDE,
     start_y: float = -1.0,
+    drop: DropZone | None = None,
 ) -> Board:
     """A board of a few bodies; all surfaces are alike.
 
@@ -39,7 +40,7 @@ def scene(
             walls=walls,
             wall_material=material,
             bins=bins,
-            drop=DropZone(0.0, start_y, 2.0),
+            drop=drop or DropZone(0.0, start_y, 2.0),
         )
 
 

@@ -115,6 +115,8 @@ def test_what_did_not_land_is_in_no_bin_and_has_its_stake_back() -> None:
     board = scene("shelf").board
     many = drop_many(board, range(5))
     assert many.bin.tolist() == [-1] * 5
+    assert many.unsettled.tolist() == [one.unsettled for one in many]
+    assert None not in many.unsettled
     assert many.unsettled_count == 5
     assert many.score.tolist() == [1.0] * 5
     assert many.histogram.sum() == 0
@@ -124,6 +126,7 @@ def test_the_histogram_counts_every_ball_that_landed() -> None:
     many = drop_many(TRIANGLE, range(3000))
     assert many.histogram.sum() == 3000 - many.unsettled_count
     assert many.histogram.tolist() == [int((many.bin == i).sum()) for i in range(13)]
+    assert set(many.unsettled) == {None}
 
 
 @pytest.mark.parametrize("threads", [1, 2])

@@ -56,29 +56,23 @@ def test_whatever_the_start_a_ball_leaves_a_wall_at_its_end() -> None:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_the_estimated_error_covers_the_true_one(name: str) -> None:
+def test_the_estimated_error_covers_the_true_one_and_what_is_certain_is_right(name: str) -> None:
     """The error of the landing's x, in every drop that double precision can decide."""
     board = accuracy_boards()[name]
+    drops = golden.load(name)[1]
     ratios = []
-    for kept in golden.load(name)[1]:
+    certain = 0
+    for kept in drops:
+        found = drop(board, x=kept.x)
         if golden.decidable(kept, board):
-            found = drop(board, x=kept.x)
             assert found.certainty.error is not None
             ratios.append(abs(float(kept.end - found.x_end)) / found.certainty.error)
-    assert max(ratios) < 16.0  # engine.drops.certainty.MARGIN
-    assert 0.01 < np.median(ratios) < 1.0  # the estimate must not be far too large either
-
-
-@pytest.mark.parametrize("name", BOARDS)
-def test_what_is_certain_is_the_oracles_bin(name: str) -> None:
-    board = accuracy_boards()[name]
-    certain = 0
-    for kept in golden.load(name)[1]:
-        found = drop(board, x=kept.x)
         if found.certain:
             certain += 1
             assert found.bin == kept.bin
-    assert certain >= (0.7 if board.drag > 0.0 else 0.1) * len(golden.load(name)[1])
+    assert certain >= (0.7 if board.drag > 0.0 else 0.1) * len(drops)
+    assert max(ratios) < 16.0  # engine.drops.certainty.MARGIN
+    assert 0.01 < np.median(ratios) < 1.0  # the estimate must not be far too large either
 
 
 def test_a_certain_bin_stays_when_the_start_moves_by_a_step() -> None:

@@ -148,11 +148,6 @@ def test_a_record_of_a_board_of_ones_own_carries_the_board() -> None:
     assert record["x"] == -1.5
 
 
-def test_a_drop_that_did_not_land_returns_its_stake() -> None:
-    record = drop(scene("shelf").board, x=0.0).to_dict()
-    assert (record["bin"], record["score"]) == (None, 1.0)
-
-
 def test_the_digest_is_over_all_that_can_differ() -> None:
     digests = [
         drop(TRIANGLE, 42).digest,

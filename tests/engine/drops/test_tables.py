@@ -10,7 +10,6 @@ import polars
 import pyarrow
 import pytest
 
-from benchmarks.scenes.contact_scenes import scene
 from plinko.engine import (
     Board,
     DropBatch,
@@ -156,15 +155,6 @@ def test_starts_need_no_seeds_and_may_be_of_any_numbers(xs: Any) -> None:
 def test_starts_that_are_none_are_named(xs: Any, said: str) -> None:
     with pytest.raises(ParameterError, match=said):
         drop_many(BOARD, xs=xs)
-
-
-def test_a_batch_says_why_each_ball_did_not_land(many: DropBatch) -> None:
-    assert many.unsettled.tolist() == [None] * len(many)
-    assert many.unsettled_count == 0
-    shelf = drop_many(scene("shelf").board, range(5))
-    assert shelf.unsettled.tolist() == [one.unsettled for one in shelf]
-    assert None not in shelf.unsettled
-    assert shelf.unsettled_count == 5
 
 
 def test_a_sweep_drops_the_same_seeds_on_each_board() -> None:

@@ -31,7 +31,7 @@ from plinko.engine.exact.outcome import (
     SEARCH_LIMIT,
     WEDGED,
 )
-from plinko.engine.parameters import Exact
+from plinko.engine.parameters import Exact, SolverName, Stepped
 from plinko.engine.physics import body
 from tests.engine.exact.one_ball import trace
 from tests.engine.multibody.static_scenes import any_board, box, mirrored, place
@@ -41,6 +41,7 @@ from tools.oracle.scenes import scene as open_scene
 Floats = npt.NDArray[np.float64]
 
 G = 9.81
+SOLVERS = pytest.mark.parametrize("solver", [Exact(), Stepped()], ids=["exact", "stepped"])
 NEAR = 1e-12
 """Largest overlap with a surface that rounding may cause, m."""
 
@@ -108,15 +109,18 @@ def test_time_runs_forward_and_energy_does_not_grow(name: str) -> None:
         assert (np.diff(energy) <= 1e-12 * energy[0]).all()
 
 
+@SOLVERS
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "galton", *scene_names()])
-def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> None:
+def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(
+    name: str, solver: Exact | Stepped
+) -> None:
     """To the last bit: x, vx and omega are negated, the bin is mirrored, the rest is equal."""
     board = board_of(name)
     flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-    for seed in range(8):
+    for seed in range(8 if solver == Exact() else 3):
         x = drop(board, seed).x_start
-        path = follow(board, at_start(board, x), Exact())
-        image = follow(mirrored(board), at_start(board, -x), Exact())
+        path = follow(board, at_start(board, x), solver)
+        image = follow(mirrored(board), at_start(board, -x), solver)
         assert np.array_equal(path.events, image.events * flip)
         landings = path.marks[:, 0] == KIND_LANDING
         assert np.array_equal(path.marks[~landings], image.marks[~landings])
@@ -194,9 +198,12 @@ def test_a_ball_that_passes_an_end_by_a_hair_is_not_touched(miss: float) -> None
     assert len(follow(board, at_start(board, 0.1 - miss), Exact()).events) > 1
 
 
+@pytest.mark.parametrize("solver", ["exact", "stepped"])
 @pytest.mark.parametrize("name", ["apex", "shelf"])
-def test_a_ball_exactly_above_its_support_comes_to_rest_on_it(name: str) -> None:
-    rest = drop(scene(name).board, x=0.0)
+def test_a_ball_exactly_above_its_support_comes_to_rest_on_it(
+    name: str, solver: SolverName
+) -> None:
+    rest = drop(scene(name).board, x=0.0, solver=solver)
     assert (rest.bin, rest.score) == (None, 1.0)
     assert rest.unsettled == "balanced: at rest on a surface"
     assert len(rest.impacts) < 100
@@ -215,13 +222,16 @@ def test_a_ball_a_breath_off_the_top_of_a_peg_leaves_it() -> None:
         assert (off.x_end > 0.0) is (offset > 0.0)
 
 
+@SOLVERS
 @pytest.mark.parametrize("drag", [0.5, 2.0])
-def test_rolling_on_level_ground_is_stopped_by_drag_and_ends(drag: float) -> None:
+def test_rolling_on_level_ground_is_stopped_by_drag_and_ends(
+    drag: float, solver: Exact | Stepped
+) -> None:
     """Drag never stops the ball, but its drop ends when the way left is below rounding."""
     walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
     for friction in (0.0, 0.5):
         board = place(walls=walls, restitution=0.3, friction=friction, drag=drag)
-        rest = follow(board, at_start(board, -0.25), Exact())
+        rest = follow(board, at_start(board, -0.25), solver)
         assert rest.outcome == BALANCED
         assert rest.end[0] < 90.0 / drag
 

@@ -88,38 +88,26 @@ def test_the_oracle_files_say_what_the_oracle_says(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_after_four_impacts_the_ball_is_where_the_oracle_has_it(name: str) -> None:
-    board = accuracy_boards()[name]
-    found: list[float] = []
-    for kept in golden.load(name)[1]:
-        found.append(
-            max(golden.position_errors(kept, drop(board, x=kept.x).impacts, FIRST_IMPACTS))
-        )
-    assert max(found) <= WORST
-    assert statistics.median(found) <= MEDIAN
-
-
-@pytest.mark.parametrize("name", BOARDS)
-def test_the_ball_hits_what_the_oracle_says_while_decidable(name: str) -> None:
-    board = accuracy_boards()[name]
-    for kept in golden.load(name)[1]:
-        turns = golden.turns_of(drop(board, x=kept.x).impacts).split()
-        assert turns[: kept.sharp] == kept.turns.split()[: kept.sharp]
-
-
-@pytest.mark.parametrize("name", BOARDS)
-def test_the_bin_is_the_oracle_s_in_every_decidable_drop(name: str) -> None:
+def test_the_ball_goes_where_the_oracle_says_as_far_as_doubles_can_decide(name: str) -> None:
+    """Positions at the first impacts, the surfaces that are hit, and the bin."""
     board = accuracy_boards()[name]
     _, drops = golden.load(name)
-    sure = [kept for kept in drops if golden.decidable(kept, board)]
-    for kept in sure:
+    found: list[float] = []
+    sure = 0
+    for kept in drops:
         played = drop(board, x=kept.x)
-        assert played.bin == kept.bin
-        error = abs(float(kept.end - played.x_end))
-        assert error <= golden.bound(kept)
+        found.append(max(golden.position_errors(kept, played.impacts, FIRST_IMPACTS)))
+        turns = golden.turns_of(played.impacts).split()
+        assert turns[: kept.sharp] == kept.turns.split()[: kept.sharp]
+        if golden.decidable(kept, board):
+            sure += 1
+            assert played.bin == kept.bin
+            assert abs(float(kept.end - played.x_end)) <= golden.bound(kept)
+    assert max(found) <= WORST
+    assert statistics.median(found) <= MEDIAN
     # A test of nothing would pass too. Without air and friction errors grow to metres on the way:
     # of the drops on plain-12 a quarter can be decided, of those with drag at least three quarters.
-    assert len(sure) >= (0.7 if board.drag > 0 else 0.1) * len(drops)
+    assert sure >= (0.7 if board.drag > 0 else 0.1) * len(drops)
 
 
 # One law at a time, computed here.

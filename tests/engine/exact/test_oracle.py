@@ -202,29 +202,6 @@ def test_a_disc_rolls_down_a_wall_by_two_thirds_of_the_slope() -> None:
         assert abs(speed - u1) < DIGITS
 
 
-def test_a_slow_ball_rolls_over_a_wall_s_end_until_no_force_acts() -> None:
-    """The ball rolls, slides, then leaves at N = 0: g cos(theta) = u^2 / R around the end."""
-    board = scene(walls=(Wall(-1.0, 0.0, 0.0, 0.0078125),), friction=0.5)
-    drop = oracle_drop(board, -0.05)
-    end = of_kind(drop, KIND_CONTACT_END)[0]
-    x, y = end.x, end.y - mp.mpf(0.0078125)
-    assert x > 0
-    assert abs(mp.hypot(x, y) - mp.mpf(0.1)) < DIGITS
-    assert abs(G * -y / mp.mpf(0.1) - (end.vx**2 + end.vy**2) / mp.mpf(0.1)) < DIGITS
-    assert drop.bin == 1
-
-
-def test_a_ball_in_perfect_balance_is_left_there() -> None:
-    drop = oracle_drop(scene(pegs=(Peg(0.0, 0.0, 0.1),), restitution=0.5), 0.0)
-    assert (drop.bin, drop.reason) == (None, "at rest")
-
-
-def test_a_ball_between_two_pegs_is_pinned() -> None:
-    pegs = (Peg(-0.15, 0.0, 0.1), Peg(0.15, 0.0, 0.1))
-    drop = oracle_drop(scene(pegs=pegs, restitution=0.3), 0.01)
-    assert (drop.bin, drop.reason) == (None, "pinned between two bodies")
-
-
 def test_cutting_dying_bounces_moves_a_slider_by_little() -> None:
     peg = (Peg(0.0, 0.0, 0.4),)
     for friction, apart in ((0.9, 1e-17), (0.02, 1e-8)):
@@ -244,13 +221,6 @@ def test_the_path_is_whole_from_event_to_event() -> None:
         assert mp.hypot(drop.position_at(event.t)[0] - event.x, 0) < DIGITS
     with pytest.raises(ValueError, match="outside"):
         drop.position_at(-1.0)
-
-
-def test_the_amplification_is_what_a_moved_start_does() -> None:
-    board = trial(12, 0.5, 0.2, 2.0)
-    here, there = oracle_drop(board, 0.3595), oracle_drop(board, 0.3595 + 2.0**-50)
-    measured = abs(here.x_end - there.x_end) * 2**50
-    assert abs(measured / here.amplification - 1) < 1e-5
 
 
 def test_a_cut_below_the_rounding_is_refused() -> None:

@@ -2,44 +2,20 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from unittest import mock
 
 from hypothesis import strategies as st
 
-from plinko.engine.board.materials import Material
 from plinko.engine.board.model import Board
-from plinko.engine.board.parts import BallSpec, Bins, DropZone, Peg, Wall
+from plinko.engine.board.parts import Bins, DropZone, Peg, Wall
+from tools.oracle.scenes import scene
 
 FAR_BELOW = Bins(1000.0, (-1000.0, 0.0, 1000.0), (1.0, 1.0))
 
 
-def place(
-    *,
-    pegs: tuple[Peg, ...] = (),
-    walls: tuple[Wall, ...] = (),
-    restitution: float = 0.5,
-    friction: float = 0.0,
-    drag: float = 0.0,
-    gravity: float = 9.81,
-    radius: float = 0.1,
-    bins: Bins = FAR_BELOW,
-    drop: DropZone | None = None,
-) -> Board:
-    """A board of any parts, without the check that a ball can start and pass."""
-    surface = Material(restitution, friction)
-    with mock.patch("plinko.engine.board.checks.playable.check"):
-        return Board(
-            name="place",
-            gravity=gravity,
-            drag=drag,
-            ball=BallSpec(radius, 1.0, restitution, friction),
-            pegs=pegs,
-            peg_material=surface,
-            walls=walls,
-            wall_material=surface,
-            bins=bins,
-            drop=drop or DropZone(0.0, 0.0, 0.0),
-        )
+place = partial(scene, restitution=0.5, bins=FAR_BELOW, drop=DropZone(0.0, 0.0, 0.0))
+"""A board of any parts, without the check that a ball can start and pass."""
 
 
 def box(

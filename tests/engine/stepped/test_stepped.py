@@ -21,7 +21,7 @@ from plinko.engine.parameters import Exact, Stepped
 from plinko.engine.physics import body
 from plinko.engine.stepped.step import push_out
 from tests.engine.exact.test_exact import overlap
-from tests.engine.multibody.static_scenes import box, mirrored, place
+from tests.engine.multibody.static_scenes import box, place
 from tests.long import tries
 
 Floats = npt.NDArray[np.float64]
@@ -284,38 +284,6 @@ def test_a_free_fall_is_what_semi_implicit_euler_gives() -> None:
     assert state[2] == pytest.approx(100.0 * 101.0 / 2.0 * G * h * h, rel=1e-12)
     terminal = follow(place(drag=2.0), thrown(0.0, 0.0, 0.0, 0.0), Stepped())
     assert terminal.segments[-1, 4] == pytest.approx(G / 2.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", ["triangle-8", "triangle-16", *scene_names()])
-def test_a_mirrored_start_on_a_mirrored_board_mirrors_the_path(name: str) -> None:
-    board = scene(name).board if name in scene_names() else Board.preset(name)
-    flip = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-    for seed in range(3):
-        x = drop(board, seed).x_start
-        path = follow(board, at_start(board, x), Stepped())
-        image = follow(mirrored(board), at_start(board, -x), Stepped())
-        assert np.array_equal(path.events, image.events * flip)
-        assert path.outcome == image.outcome
-        if path.outcome == LANDED:
-            assert image.bin == board.bins.count - 1 - path.bin
-
-
-@pytest.mark.parametrize("name", ["apex", "shelf"])
-def test_a_ball_exactly_above_its_support_comes_to_rest_on_it(name: str) -> None:
-    rest = drop(scene(name).board, x=0.0, solver="stepped")
-    assert (rest.bin, rest.score) == (None, 1.0)
-    assert rest.unsettled == "balanced: at rest on a surface"
-    assert rest.duration < 2.0
-    assert rest.x_end == 0.0
-
-
-def test_rolling_on_level_ground_is_stopped_by_drag_and_ends() -> None:
-    walls = (Wall(-50.0, 1.0, 50.0, 1.0), Wall(-0.5, 0.2, 0.0, 0.5))
-    for friction in (0.0, 0.5):
-        board = place(walls=walls, restitution=0.3, friction=friction, drag=2.0)
-        rest = follow(board, at_start(board, -0.25), Stepped())
-        assert rest.outcome == BALANCED
-        assert rest.end[0] < 60.0
 
 
 def test_slow_is_not_at_rest() -> None:
