@@ -129,6 +129,7 @@ VERDICTS: list[tuple[str, Form, str]] = [
     ("pegs that touch hold a ball", box([(0.0, 3.0, 0.25), (0.5, 3.0, 0.25)]), WEDGED),
     ("not one above the other", box([(0.5, 3.0, 0.25), (0.5, 3.5, 0.25)]), ""),
     ("pegs half within walls", box([(-4.0, 3.0, 0.2), (4.0, 3.0, 0.2)]), ""),
+    ("a wall beside the start", box(walls=[(0.5, -0.5, 0.6, 0.5)]), ""),
     ("a start that touches", box([(0.0, R + 0.3, 0.3)]), HELD),
     ("a start a micrometre away", box([(0.0, R + 0.3 + 1e-6, 0.3)]), ""),
     ("a peg beside the start", BESIDE, ""),
@@ -243,80 +244,92 @@ def test_a_board_is_refused_exactly_if_it_is_unplayable(form: Form, answer: str)
     assert verdict(form) == answer
 
 
-class TestOverlap:
-    def test_overlapping_pegs_are_named_both(self) -> None:
-        error = refusal(box([(-2.0, 3.0, 0.2), (1.0, 3.0, 0.2), (1.3, 3.0, 0.2)]))
-        assert error.field == "pegs[2]"
-        assert "pegs[2] at (1.3, 3.0) overlaps pegs[1] at (1.0, 3.0)" in str(error)
-        assert "at least 0.4 m apart" in str(error)
+STARTS = box(walls=[(0.5, -0.5, 0.6, 0.5)])
+HEIGHT = math.sqrt(0.3**2 - 0.25**2)
+HALVES = [(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)]
+NAMED: list[tuple[str, Form, str, str]] = [
+    (
+        "both pegs that overlap",
+        box([(-2.0, 3.0, 0.2), (1.0, 3.0, 0.2), (1.3, 3.0, 0.2)]),
+        "pegs[2]",
+        "pegs[2] at (1.3, 3.0) overlaps pegs[1] at (1.0, 3.0).*at least 0.4 m apart",
+    ),
+    (
+        "a start inside a peg",
+        box([(0.0, 0.05, 0.2)]),
+        "drop",
+        "drop.x = 0.0 with drop.jitter = 0.0 at drop.y = 0.0.*pegs[0]",
+    ),
+    ("jitter across a wall", started(STARTS, jitter=1.0), "drop", "walls[2]:"),
+    ("the end of a wall", box(walls=[(0.05, 0.0, 2.0, 2.0)]), "drop", "walls[2]'s first end"),
+    ("a start on a wall", box(walls=[(-1.0, 0.05, 1.0, 0.05)]), "drop", "walls[2]:"),
+    ("a start at a side wall", started(box(), x=-3.95), "drop", "walls[0]:"),
+    (
+        "a slot inside a peg",
+        started(box([(2.0, 0.0, 0.1)]), slots=[0.0, 1.9]),
+        "drop.slots[1]",
+        "drop.slots[1] = 1.9",
+    ),
+    *(
+        (
+            f"a start at {y}, not above the bins",
+            started(box(), y=y),
+            "drop.y",
+            f"drop.y is {y}: the start must be above the bins",
+        )
+        for y in (6.0, 6.5)
+    ),
+    *(
+        (f"pegs {gap} apart", pair(0.5 * gap + 0.2), "pegs[0]", "gap between pegs[0] and pegs[1]")
+        for gap in (0.01, R, 2 * R - 1e-6)
+    ),
+    ("where the ball rests", box(HALVES), "pegs[0]", f"at (0, {3.0 - HEIGHT:.6g})"),
+    ("a third peg in the gap", box([*HALVES, (0.0, 2.84, 0.05)]), "pegs[1]", "and pegs[2]: "),
+    ("a peg beside a wall", box([(-3.75, 3.0, 0.1)]), "pegs[0]", "between pegs[0] and walls[0]"),
+    ("walls that meet in a V", box(walls=V), "walls[2]", "walls[2] and walls[3]"),
+    (
+        "a level wall under the start",
+        box([(3.0, 3.0, 0.1)], [(-3.0, 2.0, -2.0, 2.0), SHELF]),
+        "walls[3]",
+        "walls[3] is level: a ball that starts above it, at x = 0, can come to rest",
+    ),
+    (
+        "the ball's diameter",
+        box(walls=[(-4.0, 3.0, 4.0, 3.0)]),
+        "ball.radius",
+        "the ball (diameter 0.2 m) cannot pass",
+    ),
+    (
+        "a slot over a closed shaft",
+        started(box(walls=[(2.0, -1.0, 2.0, 3.0), (2.0, 3.0, 4.0, 3.0)]), slots=[0.0, 3.0]),
+        "ball.radius",
+        "cannot pass from drop.slots[1] = 3.0",
+    ),
+    ("a ball too small to check", box(radius=0.001), "ball.radius", "too small for a board of"),
+    *(
+        (
+            f"the bin's edge {edges[index]}, not at the wall",
+            changed(ONE, ("bins", "edges"), edges),
+            f"bins.edges[{index}]",
+            f"bins.edges[{index}] is {edges[index]}: a ball can miss the bins",
+        )
+        for edges, index in (([-3.0, 0.0, 4.0], 0), ([-4.0, 0.0, 3.0], 2))
+    ),
+]
 
 
-class TestStart:
-    def test_a_start_inside_a_peg_is_refused(self) -> None:
-        error = refusal(box([(0.0, 0.05, 0.2)]))
-        assert error.field == "drop"
-        assert "drop.x = 0.0 with drop.jitter = 0.0 at drop.y = 0.0" in str(error)
-        assert "pegs[0]" in str(error)
-
-    def test_a_start_on_a_wall_its_end_or_across_it_is_refused(self) -> None:
-        across = box(walls=[(0.5, -0.5, 0.6, 0.5)])
-        assert verdict(across) == ""
-        error = refusal({**across, "drop": {"jitter": 1.0}})
-        assert "walls[2]:" in str(error)
-        assert "walls[2]'s first end" in str(refusal(box(walls=[(0.05, 0.0, 2.0, 2.0)])))
-        assert "walls[2]:" in str(refusal(box(walls=[(-1.0, 0.05, 1.0, 0.05)])))
-        assert "walls[0]:" in str(refusal({**box(), "drop": {"x": -3.95}}))
-
-    def test_every_slot_counts(self) -> None:
-        error = refusal({**box([(2.0, 0.0, 0.1)]), "drop": {"slots": [0.0, 1.9]}})
-        assert error.field == "drop.slots[1]"
-        assert "drop.slots[1] = 1.9" in str(error)
-
-    @pytest.mark.parametrize("y", [6.0, 6.5])
-    def test_a_start_must_be_above_the_bins(self, y: float) -> None:
-        error = refusal({**box(), "drop": {"y": y}})
-        assert error.field == "drop.y"
-        assert f"drop.y is {y}: the start must be above the bins" in str(error)
-
-
-class TestTraps:
-    @pytest.mark.parametrize("gap", [0.01, R, 2 * R - 1e-6])
-    def test_two_pegs_hold_a_ball_that_does_not_fit_between(self, gap: float) -> None:
-        half = 0.5 * gap + 0.2
-        error = refusal(box([(-half, 3.0, 0.2), (half, 3.0, 0.2)]))
-        assert error.field == "pegs[0]"
-        assert "the gap between pegs[0] and pegs[1]" in str(error)
-
-    def test_the_trapped_ball_touches_both_pegs_and_rests_on_them(self) -> None:
-        error = str(refusal(box([(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)])))
-        height = math.sqrt(0.3**2 - 0.25**2)
-        assert f"at (0, {3.0 - height:.6g})" in error
-
-    def test_a_third_peg_in_the_gap_is_what_the_ball_rests_against(self) -> None:
-        pair = [(-0.25, 3.0, 0.2), (0.25, 3.0, 0.2)]
-        assert "pegs[0] and pegs[1]" in str(refusal(box(pair)))
-        error = str(refusal(box([*pair, (0.0, 2.84, 0.05)])))
-        assert "pegs[0] and pegs[1]" not in error
-        assert "and pegs[2]: " in error
-
-    def test_a_peg_beside_an_upright_wall_holds_a_ball(self) -> None:
-        error = refusal(box([(-3.75, 3.0, 0.1)]))
-        assert "the gap between pegs[0] and walls[0]" in str(error)
-
-    def test_walls_that_meet_in_a_v_hold_a_ball(self) -> None:
-        error = refusal(box(walls=V))
-        assert error.field == "walls[2]"
-        assert "walls[2] and walls[3]" in str(error)
+@pytest.mark.parametrize(
+    ("form", "field", "said"), [pytest.param(*row, id=name) for name, *row in NAMED]
+)
+def test_the_error_names_what_makes_a_board_unplayable(form: Form, field: str, said: str) -> None:
+    error = refusal(form)
+    assert error.field == field
+    first, _, last = said.partition(".*")
+    assert first in str(error)
+    assert last in str(error)
 
 
 class TestShelves:
-    def test_a_level_wall_under_the_start_is_named(self) -> None:
-        error = refusal(box([(3.0, 3.0, 0.1)], [(-3.0, 2.0, -2.0, 2.0), SHELF]))
-        assert error.field == "walls[3]"
-        assert "walls[3] is level: a ball that starts above it, at x = 0, can come to rest" in str(
-            error
-        )
-
     # Most wild forms have another fault; which ones come depends on the modules that are loaded.
     @settings(
         max_examples=tries(50, 1000),
@@ -397,32 +410,6 @@ class TestTime:
                 t = mpmath.mpf(fall_time(gravity, drag, way))
                 fallen = g / k * (t - (1 - mpmath.exp(-k * t)) / k) if drag else g * t * t / 2
                 assert abs(fallen / way - 1) < 1e-8
-
-
-class TestPassing:
-    def test_the_error_names_the_balls_diameter(self) -> None:
-        error = refusal(box(walls=[(-4.0, 3.0, 4.0, 3.0)]))
-        assert error.field == "ball.radius"
-        assert "the ball (diameter 0.2 m) cannot pass" in str(error)
-
-    def test_a_slot_over_a_closed_shaft_is_named(self) -> None:
-        shaft = [(2.0, -1.0, 2.0, 3.0), (2.0, 3.0, 4.0, 3.0)]
-        error = refusal({**box(walls=shaft), "drop": {"slots": [0.0, 3.0]}})
-        assert "cannot pass from drop.slots[1] = 3.0" in str(error)
-
-    def test_a_ball_too_small_to_check_the_way_of_is_refused(self) -> None:
-        error = refusal(box(radius=0.001))
-        assert error.field == "ball.radius"
-        assert "too small for a board of" in str(error)
-
-
-class TestMissing:
-    def test_bins_must_reach_from_wall_to_wall(self) -> None:
-        form = box([(0.0, 3.0, 0.1)])
-        for edges, index in (([-3.0, 0.0, 4.0], 0), ([-4.0, 0.0, 3.0], 2)):
-            error = refusal(changed(form, ("bins", "edges"), edges))
-            assert error.field == f"bins.edges[{index}]"
-            assert f"bins.edges[{index}] is {edges[index]}: a ball can miss the bins" in str(error)
 
 
 @pytest.mark.parametrize("excess", [0.0, 5e-10, -5e-10])

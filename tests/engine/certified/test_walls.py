@@ -75,6 +75,7 @@ def test_a_ball_that_bounces_along_a_wall_passes_the_joint_of_another_in_line() 
     assert (1, 0) in marks(found)
 
 
+@pytest.mark.long
 def test_a_ball_crawls_down_a_wall_through_treacle() -> None:
     """Strong drag makes the motion forget its errors; a proof must not let them grow."""
     board = scene(
@@ -145,6 +146,7 @@ def test_a_proof_in_python_has_a_limit_of_time() -> None:
     found = certify(board, 42, seconds=50.0, clock=ticking())
     assert found.undecided is not None
     assert found.undecided.endswith(": undecided after 50 s, at 160 bits")
+    assert found.comparisons == 50
     assert certify(board, 42, seconds=1e6, clock=ticking()).decided
     with pytest.raises(ParameterError, match=r"seconds 8.0 need a clock"):
         certify(board, 42, seconds=8.0)

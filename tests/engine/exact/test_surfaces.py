@@ -74,12 +74,59 @@ def test_a_peg_and_a_single_wall_own_all_their_surfaces() -> None:
     assert ends(items, 1) == [2, 3]
 
 
-def test_two_walls_along_one_line_that_share_an_end_are_one() -> None:
-    items = laid_out((0.0, 1.0, 1.0, 2.0), (1.0, 2.0, 2.0, 3.0))
-    assert owners(items) == [0, 1, 5]
-    assert extent(items, 0) == [(0.0, 1.0), (2.0, 3.0)]
-    assert items[0, surface.LENGTH] == pytest.approx(2.0 * math.sqrt(2.0))
-    assert ends(items, 0) == [1, 5]
+LEVEL = (0.0, 0.0, 1.0, 0.0)
+OWNERS: list[tuple[str, list[Wall], list[Peg], list[int], dict[int, list[int]]]] = [
+    ("two along one line", [(0, 1, 1, 2), (1, 2, 2, 3)], [], [0, 1, 5], {0: [1, 5]}),
+    ("two that overlap", [(0, 1, 2, 2), (1, 1.5, 3, 2.5)], [], [0, 1, 5], {0: [1, 5]}),
+    ("one within another", [(0, 1, 4, 3), (1, 1.5, 2, 2)], [], [0, 1, 2], {0: [1, 2]}),
+    ("one around another", [(1, 1.5, 2, 2), (0, 1, 4, 3)], [], [0, 4, 5], {0: [4, 5]}),
+    ("a bridge", [(0, 1, 1, 1), (3, 1, 4, 1), (1, 1, 3, 1)], [], [0, 1, 5], {0: [1, 5]}),
+    *(
+        (f"a gap of {gap}", [(0, 1, 1, 1), (1 + gap, 1, 2, 1)], [], [*range(6)], {})
+        for gap in (1e-9, 1e-12)
+    ),
+    ("parallel", [(0, 1, 2, 1), (0, 1 + 1e-9, 2, 1 + 1e-9)], [], [*range(6)], {}),
+    *(
+        (
+            f"a bend of {turn}",
+            [(0, 1, 1, 1), (1, 1, 2, 1 + turn)],
+            [],
+            [0, 1, 2, 3, 5],
+            {0: [1, 2], 3: [2, 5]},
+        )
+        for turn in (1e-9, 1e-3, 1.0, -1.0)
+    ),
+    ("an end on a wall", [(-1, 1, 1, 1), (0.25, 1, 0.25, 0)], [], [0, 1, 2, 3, 5], {}),
+    ("an end near a wall", [(-1, 1, 1, 1), (0.25, 1 - 1e-9, 0.25, 0)], [], [*range(6)], {}),
+    (
+        "an end on a joint within a straight wall",
+        [(-1, 1, 0, 1), (0, 1, 1, 1), (0, 1, 0, 0)],
+        [],
+        [0, 1, 5, 6, 8],
+        {},
+    ),
+    # The line crosses the peg's circle, and does not continue it.
+    ("an end within a peg", [LEVEL], [(0.05, 0.02, 0.1)], [0, 1, 3], {1: [2, 3]}),
+    ("an end beside a peg", [LEVEL], [(-0.1 - 1e-9, 0.0, 0.1)], [0, 1, 2, 3], {1: [2, 3]}),
+    ("a peg lower than a wall", [LEVEL], [(0.01, -0.1 + 1e-9, 0.1)], [0, 1, 2, 3], {1: [2, 3]}),
+]
+
+
+@pytest.mark.parametrize(
+    ("walls", "pegs", "owned", "line_ends"), [pytest.param(*row, id=name) for name, *row in OWNERS]
+)
+def test_pieces_of_one_straight_wall_are_one_and_others_are_not(
+    walls: list[Wall], pegs: list[Peg], owned: list[int], line_ends: dict[int, list[int]]
+) -> None:
+    """A line goes from the outermost of its pieces' ends; items are pegs, then each wall's line and
+    ends."""
+    items = laid_out(*walls, pegs=tuple(pegs))
+    assert owners(items) == owned
+    for line, found in line_ends.items():
+        assert ends(items, line) == found
+    if lines(items) == [0]:
+        places = {place for wall in walls for place in (wall[:2], wall[2:])}
+        assert extent(items, 0) == [min(places), max(places)]
 
 
 THIRDS: list[Wall] = [(0.0, 1.0, 1.0, 1.5), (1.0, 1.5, 2.0, 2.0), (2.0, 2.0, 3.0, 2.5)]
@@ -110,31 +157,6 @@ def test_equal_walls_are_one_in_either_direction() -> None:
         )
 
 
-def test_walls_that_overlap_along_one_line_are_one() -> None:
-    items = laid_out((0.0, 1.0, 2.0, 2.0), (1.0, 1.5, 3.0, 2.5))
-    assert (lines(items), extent(items, 0)) == ([0], [(0.0, 1.0), (3.0, 2.5)])
-    within = laid_out((0.0, 1.0, 4.0, 3.0), (1.0, 1.5, 2.0, 2.0))
-    assert (owners(within), extent(within, 0)) == ([0, 1, 2], [(0.0, 1.0), (4.0, 3.0)])
-    around = laid_out((1.0, 1.5, 2.0, 2.0), (0.0, 1.0, 4.0, 3.0))
-    assert (owners(around), extent(around, 0)) == ([0, 4, 5], [(0.0, 1.0), (4.0, 3.0)])
-
-
-def test_a_later_wall_joins_two_that_it_bridges() -> None:
-    items = laid_out((0.0, 1.0, 1.0, 1.0), (3.0, 1.0, 4.0, 1.0), (1.0, 1.0, 3.0, 1.0))
-    assert (lines(items), extent(items, 0)) == ([0], [(0.0, 1.0), (4.0, 1.0)])
-
-
-@pytest.mark.parametrize("gap", [1e-9, 1e-12])
-def test_pieces_with_a_gap_stay_two_walls(gap: float) -> None:
-    items = laid_out((0.0, 1.0, 1.0, 1.0), (1.0 + gap, 1.0, 2.0, 1.0))
-    assert owners(items) == [0, 1, 2, 3, 4, 5]
-
-
-def test_parallel_walls_beside_each_other_stay_two() -> None:
-    items = laid_out((0.0, 1.0, 2.0, 1.0), (0.0, 1.0 + 1e-9, 2.0, 1.0 + 1e-9))
-    assert lines(items) == [0, 3]
-
-
 @pytest.mark.parametrize("off", [-1, 0, 1])
 @pytest.mark.parametrize("along", [-1, 0, 1])
 def test_walls_that_coincide_within_an_ulp_are_one(off: int, along: int) -> None:
@@ -144,38 +166,9 @@ def test_walls_that_coincide_within_an_ulp_are_one(off: int, along: int) -> None
     assert lines(laid_out((0.0, 1.5, 1.5, 1.5), next_one)) == [0]
 
 
-@pytest.mark.parametrize("turn", [1e-9, 1e-3, 1.0, -1.0])
-def test_a_bend_stays_two_walls_that_share_an_end(turn: float) -> None:
-    items = laid_out((0.0, 1.0, 1.0, 1.0), (1.0, 1.0, 2.0, 1.0 + turn))
-    assert owners(items) == [0, 1, 2, 3, 5]
-    assert (ends(items, 0), ends(items, 3)) == ([1, 2], [2, 5])
-    assert items[4, surface.OWNER] == 2
-
-
 def test_walls_in_a_fan_all_share_the_first_one_s_end() -> None:
     items = laid_out(*((0.0, 0.0, math.cos(a), math.sin(a)) for a in (0.0, 1.0, 2.0, 3.0)))
     assert [ends(items, line)[0] for line in lines(items)] == [1, 1, 1, 1]
-
-
-def test_an_end_on_another_wall_owns_nothing() -> None:
-    items = laid_out((-1.0, 1.0, 1.0, 1.0), (0.25, 1.0, 0.25, 0.0))
-    assert owners(items) == [0, 1, 2, 3, 5]
-    assert items[4, surface.OWNER] == 0
-    apart = laid_out((-1.0, 1.0, 1.0, 1.0), (0.25, 1.0 - 1e-9, 0.25, 0.0))
-    assert owners(apart) == [0, 1, 2, 3, 4, 5]
-
-
-def test_an_end_on_a_joint_within_a_straight_wall_owns_nothing() -> None:
-    items = laid_out((-1.0, 1.0, 0.0, 1.0), (0.0, 1.0, 1.0, 1.0), (0.0, 1.0, 0.0, 0.0))
-    assert owners(items) == [0, 1, 5, 6, 8]
-
-
-def test_an_end_within_a_peg_owns_nothing() -> None:
-    items = laid_out((0.0, 0.0, 1.0, 0.0), pegs=((0.05, 0.02, 0.1),))
-    assert owners(items) == [0, 1, 3]
-    assert ends(items, 1) == [2, 3]  # the line crosses the peg's circle, and does not continue it
-    outside = laid_out((0.0, 0.0, 1.0, 0.0), pegs=((-0.1 - 1e-9, 0.0, 0.1),))
-    assert owners(outside) == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -186,11 +179,6 @@ def test_a_wall_flush_with_a_peg_continues_as_the_peg_s_circle(side: float) -> N
     assert ends(items, 1) == [0, 3]
     assert is_flush(items, RADIUS, 1, side, 0)
     assert not is_flush(items, RADIUS, 1, -side, 0)
-
-
-def test_a_peg_lower_than_a_wall_by_more_than_rounding_is_not_flush() -> None:
-    items = laid_out((0.0, 0.0, 1.0, 0.0), pegs=((0.01, -0.1 + 1e-9, 0.1),))
-    assert ends(items, 1) == [2, 3]
 
 
 def test_a_wall_is_flush_with_its_own_ends_on_both_sides() -> None:

@@ -40,22 +40,6 @@ def steps(arena: Arena, count: int) -> None:
         arena.step()
 
 
-@pytest.mark.parametrize("e", [0.0, 0.3, 0.75, 1.0])
-def test_a_head_on_impact_has_its_restitution_and_momentum(e: float) -> None:
-    arena = free()
-    arena.add(-1.0, 0.0, vx=2.0, restitution=e, radius=0.1, density=10.0)
-    arena.add(1.0, 0.0, vx=-1.0, restitution=0.0, radius=0.1, density=30.0)
-    before = arena.diagnostics()
-    steps(arena, 60)
-    a, b = arena.bodies["vx"]
-    assert b - a == pytest.approx(e * 3.0, rel=1e-12, abs=1e-12)
-    after = arena.diagnostics()
-    assert after.px == pytest.approx(before.px, rel=1e-14)
-    assert after.py == 0.0
-    lost = 0.5 * (1.0 / (1.0 / arena.ball(0)["mass"] + 1.0 / arena.ball(1)["mass"])) * 9.0
-    assert before.total - after.total == pytest.approx((1.0 - e * e) * lost, rel=1e-9, abs=1e-12)
-
-
 def test_where_two_balls_collide_does_not_depend_on_the_substeps() -> None:
     """Balls collide where and when they touch, not at the end of a substep."""
     places = []
@@ -117,7 +101,7 @@ SPEEDS = [10.0**k for k in (-290, -200, -162, -100, -30, -12, -6, -4, -3, 0, 3, 
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("e", [1.0, 0.25])
+@pytest.mark.parametrize("e", [1.0, 0.25, 0.0])
 @pytest.mark.parametrize("angle", [0.0, 2.0])
 def test_a_pair_rebounds_by_its_restitution_however_slow_it_is(
     speed: float, e: float, angle: float
@@ -492,29 +476,6 @@ def test_walls_hold_from_either_side_and_their_ends_are_round() -> None:
     steps(arena, 50)
     assert arena.bodies["vy"][:2].tolist() == pytest.approx([2.0, -2.0])
     assert arena.bodies["vx"][2] == pytest.approx(2.0)
-
-
-def test_the_same_inputs_at_the_same_ticks_give_the_same_digest() -> None:
-    place, balls = (made := sandbox(40, seed=9)).place, made.bodies
-
-    def played() -> str:
-        arena = Arena(place)
-        ids = arena.add_many(balls["x"], balls["y"], radius=0.06)
-        steps(arena, 20)
-        arena.kick(ids[3], 1.0, -4.0, 2.0)
-        arena.remove(ids[5])
-        steps(arena, 20)
-        arena.edit(ids[7], radius=0.1, density=200.0)
-        arena.impulse(ids[8], 0.5, 0.0)
-        arena.configure(gravity=1.62, damping=0.99)
-        arena.add(0.0, 0.5, vx=3.0)
-        steps(arena, 40)
-        arena.edit_all(restitution=0.2)
-        arena.wake_all()
-        steps(arena, 20)
-        return arena.digest
-
-    assert played() == played()
 
 
 def test_a_copy_goes_on_by_itself_with_the_same_bits() -> None:
