@@ -14,7 +14,7 @@ from tools.boards.wall_boards import seeds_of, wall_board, wall_pair
 
 BOARDS = 300
 DROPS = tries(4, 50)
-GROUPS = range(tries(5, 680))
+GROUPS = range(tries(2, 680))
 """Groups of BOARDS / 10 boards; `make test-long` plays a million drops."""
 
 
@@ -29,7 +29,7 @@ def test_no_drop_on_walls_in_pieces_breaks_a_law(group: int) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("group", range(tries(4, 100)))
+@pytest.mark.parametrize("group", range(tries(2, 100)))
 def test_a_ball_does_not_notice_that_a_straight_wall_is_in_pieces(group: int) -> None:
     failures = []
     for number in range(50 * group, 50 * (group + 1)):

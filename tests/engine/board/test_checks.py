@@ -332,7 +332,7 @@ def test_the_error_names_what_makes_a_board_unplayable(form: Form, field: str, s
 class TestShelves:
     # Most wild forms have another fault; which ones come depends on the modules that are loaded.
     @settings(
-        max_examples=tries(50, 1000),
+        max_examples=tries(25, 1000),
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
     )
     @given(wild_forms(), st.floats(0.5, 5.5), st.floats(-3.0, 3.0), st.floats(0.0, 2.0))

@@ -102,7 +102,7 @@ def test_a_ball_passes_joints_of_walls_that_are_in_line_within_rounding(number: 
 
 
 @pytest.mark.parametrize(
-    "numbers", [range(12), pytest.param(range(12, tries(31, 500)), marks=pytest.mark.long)]
+    "numbers", [range(12), pytest.param(range(12, tries(22, 500)), marks=pytest.mark.long)]
 )
 def test_on_walls_in_pieces_proofs_and_certain_bins_agree(numbers: range) -> None:
     decided = 0

@@ -42,9 +42,13 @@ def normals(degrees_a: float, degrees_b: float) -> tuple[float, float, float, fl
     return float(np.sin(a)), float(-np.cos(a)), float(np.sin(b)), float(-np.cos(b))
 
 
+# Of nearly equal directions, numpy's forces have no right digit.
+degrees = st.floats(-170.0, 170.0).map(lambda angle: round(angle, 6))
+
+
 @given(
-    st.floats(-170.0, 170.0),
-    st.floats(-170.0, 170.0),
+    degrees,
+    degrees,
     st.floats(0.0, 2.0),
     st.floats(0.0, 2.0),
     st.floats(-100.0, 100.0),
