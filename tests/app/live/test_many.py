@@ -89,7 +89,7 @@ def test_a_sheet_that_cannot_be_is_refused(count: int, options: dict[str, Any], 
 # density
 
 
-def test_light_is_where_balls_were_and_nowhere_else() -> None:
+def test_light_is_where_balls_were_and_brighter_where_they_were_longer() -> None:
     view = lay_out(BOARD, 400)
     picture = decode(density_picture(BOARD, range(2000), width=400))
     bare = board_pixels(BOARD, view, "light").astype(int)
@@ -105,16 +105,12 @@ def test_light_is_where_balls_were_and_nowhere_else() -> None:
     shoulder = lit[round(view.start) : round(0.6 * view.bin_top), : round(0.15 * view.width)]
     assert not shoulder[:, : shoulder.shape[1] // 2].any()
     assert lit[field].mean() > 0.2
-
-
-def test_light_is_brighter_where_balls_are_longer() -> None:
-    """All balls pass just below the start; few reach the outermost bins."""
-    view = lay_out(BOARD, 400)
-    picture = decode(density_picture(BOARD, range(2000), width=400)).sum(axis=-1)
-    start = picture[round(view.start) + 6, round(view.px(0.0))]
+    # All balls pass just below the start; few reach the outermost bins.
+    light = picture.sum(axis=-1)
+    begin = light[round(view.start) + 6, round(view.px(0.0))]
     row = round(view.bin_top) - 4
-    edge = picture[row, round(view.px(BOARD.bins.edges[0])) + 6 :][:20].mean()
-    assert start > edge + 150
+    edge = light[row, round(view.px(BOARD.bins.edges[0])) + 6 :][:20].mean()
+    assert begin > edge + 150
 
 
 def test_a_density_is_the_same_however_it_is_computed() -> None:
@@ -127,14 +123,9 @@ def test_a_density_is_the_same_however_it_is_computed() -> None:
 
 def test_a_density_says_when_a_ball_never_lands() -> None:
     walls = [{"x1": x, "y1": -1.0, "x2": x, "y2": 4.0} for x in (-1.0, 1.0)]
-    board = Board.from_json(
-        {
-            "walls": walls,
-            "pegs": [{"x": 0.0, "y": 2.0, "radius": 0.3}],
-            "bins": {"y": 3.0, "edges": [-1.0, 1.0], "multipliers": [1.0]},
-            "drop": {"x": 0.0, "y": 0.0, "jitter": 0.0},
-        }
-    )
+    form = {"walls": walls, "pegs": [{"x": 0.0, "y": 2.0, "radius": 0.3}], "drop": {"jitter": 0.0}}
+    bins = {"y": 3.0, "edges": [-1.0, 1.0], "multipliers": [1.0]}
+    board = Board.from_json({**form, "bins": bins})
     assert decode(density_picture(board, [1, 2], width=300)).shape[1] == 300
 
 
@@ -164,6 +155,10 @@ def test_columns_are_as_high_as_their_bins_are_full() -> None:
     for count, height in zip(counts, heights, strict=True):
         assert height == pytest.approx(heights[4] * count / 100, abs=2)
     assert heights[4] > 200
+    wrong: list[Any] = [[1, 2], [1] * 8 + [-1], [[1] * 9]]
+    for each in wrong:
+        with pytest.raises(InvalidValueError, match="counts"):
+            histogram_picture(BOARD, each)
 
 
 def test_only_a_preset_is_compared_with_its_odds() -> None:
@@ -188,9 +183,3 @@ def test_a_mark_lies_on_top_of_a_column_that_is_as_expected() -> None:
     fill = near(picture[:, x], LIGHT.payout(BOARD.bins.multipliers[4]).fill)
     mark = near(picture[:, x], LIGHT["trayMark"], 20.0)
     assert abs(np.argmax(fill) - np.argmax(mark[60:]) - 60) < 8
-
-
-@pytest.mark.parametrize("counts", [[1, 2], [1] * 8 + [-1], [[1] * 9]])
-def test_counts_that_are_none_are_refused(counts: Any) -> None:
-    with pytest.raises(InvalidValueError, match="counts"):
-        histogram_picture(BOARD, counts)

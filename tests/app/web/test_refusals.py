@@ -118,65 +118,58 @@ def test_an_address_is_refused_for_what_is_wrong(
     refused(http.get(f"/api/v1/{path}"), code, field, words)
 
 
-@pytest.mark.parametrize("path", ["boards/{}", "drops/{}/42"])
-def test_an_unknown_board_is_named_but_not_at_length(http: httpx.Client, path: str) -> None:
-    found = problem(http.get(f"/api/v1/{path.format('x' * 3000)}"), 404, "unknown-board")
-    assert len(found["detail"]) < 3200
+def test_an_unknown_board_is_named_but_not_at_length(http: httpx.Client) -> None:
+    for path in ("boards/{}", "drops/{}/42"):
+        found = problem(http.get(f"/api/v1/{path.format('x' * 3000)}"), 404, "unknown-board")
+        assert len(found["detail"]) < 3200
 
 
 @pytest.mark.parametrize("seed", ["-1", str(2**64), "abc", "1.5", "1e3", "%20", "NaN", "٣"])
-@pytest.mark.parametrize("suffix", ["", ".png", "/frames"])
-def test_a_bad_seed_is_named(http: httpx.Client, seed: str, suffix: str) -> None:
+def test_a_bad_seed_is_named(http: httpx.Client, seed: str) -> None:
     named = "" if seed in ("%20", "٣") else seed
-    refused(http.get(f"/api/v1/drops/triangle-16/{seed}{suffix}"), "bad-seed", "seed", named)
+    for suffix in ("", ".png", "/frames"):
+        refused(http.get(f"/api/v1/drops/triangle-16/{seed}{suffix}"), "bad-seed", "seed", named)
 
 
-@pytest.mark.parametrize("spelt", ["0_0.1", "1e-1_0", "0.1\n", " 0.1", "0.1 ", "٠.١", "nan", "inf"])
+DECIMALS = ("0_0.1", "1e-1_0", "0.1\n", " 0.1", "0.1 ", "٠.١", "nan", "inf")
+WHOLES = ("1_0", "10\n", " 10", "١", "1.0", "1e1", "")
+
+
 @pytest.mark.parametrize(
-    ("path", "field"),
+    ("path", "field", "wrong"),
     [
-        (f"{EIGHT}?x=", "x"),
-        (f"{EIGHT}?aim=", "aim"),
-        (f"{EIGHT}?solver=stepped&dt=", "dt"),
-        (f"{EIGHT}.png?t=", "t"),
-        (f"{EIGHT}/frames?fps=", "fps"),
+        (f"{EIGHT}?x=", "x", DECIMALS),
+        (f"{EIGHT}?aim=", "aim", DECIMALS),
+        (f"{EIGHT}?solver=stepped&dt=", "dt", DECIMALS),
+        (f"{EIGHT}.png?t=", "t", DECIMALS),
+        (f"{EIGHT}/frames?fps=", "fps", DECIMALS),
+        (f"{EIGHT}?solver=stepped&substeps=", "substeps", WHOLES),
+        (f"{EIGHT}.png?width=", "width", WHOLES),
+        (f"{EIGHT}.gif?fps=", "fps", WHOLES),
+        (f"{TWELVE}/density.png?drops=", "drops", WHOLES),
+        (f"{TWELVE}/sheet.png?columns=", "columns", WHOLES),
+        ("rooms?limit=", "limit", WHOLES),
+        ("rooms/main/log?first=", "first", WHOLES),
+        ("rooms/main/stream.mjpg?fps=", "fps", WHOLES),
+        ("players/nobody/plays?limit=", "limit", WHOLES),
+        ("log?since=", "since", WHOLES),
     ],
 )
-def test_a_number_is_a_plain_decimal(http: httpx.Client, path: str, field: str, spelt: str) -> None:
-    refused(http.get(f"/api/v1/{path}{quote(spelt)}"), "invalid-value", field)
-
-
-@pytest.mark.parametrize("spelt", ["1_0", "10\n", " 10", "١", "1.0", "1e1", ""])
-@pytest.mark.parametrize(
-    ("path", "field"),
-    [
-        (f"{EIGHT}?solver=stepped&substeps=", "substeps"),
-        (f"{EIGHT}.png?width=", "width"),
-        (f"{EIGHT}.gif?fps=", "fps"),
-        (f"{TWELVE}/density.png?drops=", "drops"),
-        (f"{TWELVE}/sheet.png?columns=", "columns"),
-        ("rooms?limit=", "limit"),
-        ("rooms/main/log?first=", "first"),
-        ("rooms/main/stream.mjpg?fps=", "fps"),
-        ("players/nobody/plays?limit=", "limit"),
-        ("log?since=", "since"),
-    ],
-)
-def test_a_whole_number_is_plain_digits(
-    http: httpx.Client, path: str, field: str, spelt: str
+def test_a_number_is_a_plain_decimal_or_plain_digits(
+    http: httpx.Client, path: str, field: str, wrong: tuple[str, ...]
 ) -> None:
-    refused(http.get(f"/api/v1/{path}{quote(spelt)}"), "invalid-value", field)
+    for spelt in wrong:
+        refused(http.get(f"/api/v1/{path}{quote(spelt)}"), "invalid-value", field)
 
 
 THEMES = ["", "blue", "Light", "light · Moon", "日本", "a\nb: c", "\0"]
 
 
+WIDTHS = ["-1", "0", "2049", HUGE]
+
+
 @pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        *(("theme", each) for each in THEMES),
-        *(("width", each) for each in ("-1", "0", "2049", HUGE)),
-    ],
+    ("field", "value"), [*(("theme", each) for each in THEMES), *(("width", w) for w in WIDTHS)]
 )
 def test_theme_and_width_are_checked_before_they_name_anything(
     http: httpx.Client, field: str, value: str
@@ -191,7 +184,11 @@ def test_theme_and_width_are_checked_before_they_name_anything(
 
 NARROW = [{"x": -1.5 + 0.1 * i, "y": 1.0, "radius": 0.01} for i in range(1, 30)]
 CLOSED = {**TINY, "pegs": NARROW}  # a fence whose gaps no ball passes
-LEVEL = {"x1": -0.5, "y1": 1.0, "x2": 0.5, "y2": 1.0}
+BESIDE = [{"x": x, "y": 1.0, "radius": 0.05} for x in (0.0, 0.02)]
+LEVEL = [{"x1": -0.5, "y1": 1.0, "x2": 0.5, "y2": 1.0}]
+REST = "a ball that starts above it, at x = 0, can come to rest there"
+GALTON = {"scene": "galton", "radii": [0.1, 0.2]}
+TOUCHING = "interacting-triangle-8"
 STEPPED = {"solver": "stepped", "dt": 1e-3, "substeps": 500}
 SCENE = {"scene": "sandbox"}
 NO_BOARD = "is not a name, a digest or a board object"
@@ -203,23 +200,11 @@ def tiny(**changes: Any) -> dict[str, Any]:
 
 BODIES: list[tuple[str, Any, str, str | None, str]] = [
     # Boards.
-    (
-        "boards/check",
-        tiny(pegs=[{"x": x, "y": 1.0, "radius": 0.05} for x in (0.0, 0.02)]),
-        "bad-board",
-        "pegs[1]",
-        "overlaps",
-    ),
+    ("boards/check", tiny(pegs=BESIDE), "bad-board", "pegs[1]", "overlaps"),
     ("boards", tiny(ball={"radius": -1.0}), "bad-board", "ball.radius", "-1"),
     ("boards", tiny(pegs=[NARROW[0] | {"radius": 0.0}]), "bad-board", "pegs[0].radius", "0"),
     ("boards", tiny(bins={"edges": [-1.5, 0.0, 0.0]}), "bad-board", "bins.edges[2]", "0"),
-    (
-        "boards",
-        tiny(pegs=[], walls=[LEVEL], bins={"edges": [-9, 9]}),
-        "bad-board",
-        "walls[0]",
-        "a ball that starts above it, at x = 0, can come to rest there",
-    ),
+    ("boards", tiny(pegs=[], walls=LEVEL, bins={"edges": [-9, 9]}), "bad-board", "walls[0]", REST),
     ("boards", tiny(gravity=1e-6), "bad-board", "gravity", "in free fall a ball takes 2000 s"),
     ("boards", CLOSED, "bad-board", "ball.radius", "cannot pass from the start to the bins"),
     ("drops", {"board": CLOSED, "seed": 1}, "bad-board", "ball.radius", "cannot pass"),
@@ -270,22 +255,10 @@ BODIES: list[tuple[str, Any, str, str | None, str]] = [
     ("rooms", {"scene": {"balls": 3}}, "invalid-value", "scene", "not one of: sandbox, galton"),
     ("rooms", {"scene": 7}, "invalid-value", "scene", "not an object"),
     ("rooms", SCENE | {"board": "classic"}, "invalid-value", "board", "either a board or a scene"),
-    (
-        "rooms",
-        {"scene": SCENE | {"balls": 100_000}},
-        "invalid-value",
-        "balls",
-        "not from 0 to 1000",
-    ),
+    ("rooms", {"scene": SCENE | {"balls": 10**5}}, "invalid-value", "balls", "not from 0 to 1000"),
     ("rooms", {"scene": SCENE | {"gravity": "Pluto"}}, "invalid-value", "gravity", "'Pluto'"),
     ("rooms", {"scene": SCENE | {"seed": -1}}, "bad-seed", "seed", "-1"),
-    (
-        "rooms",
-        {"scene": {"scene": "galton", "radii": [0.1, 0.2]}},
-        "invalid-value",
-        "radii",
-        "'galton' has no 'radii'",
-    ),
+    ("rooms", {"scene": GALTON}, "invalid-value", "radii", "'galton' has no 'radii'"),
     ("rooms/nope/drops", {}, "unknown-room", "room", "nope"),
     ("rooms/triangle-99/drops", {}, "unknown-room", "room", "triangle-99"),
     ("rooms/0123456789abcdef/drops", {}, "unknown-room", "room", "0123456789abcdef"),
@@ -300,13 +273,7 @@ BODIES: list[tuple[str, Any, str, str | None, str]] = [
     ("rooms/main/drops", {"colour": 0}, "invalid-value", "colour", "0"),
     ("rooms/main/drops", {"stake": 10**12}, "invalid-value", "stake", str(10**12)),
     ("sessions", {"commitment": "xyz"}, "invalid-value", "commitment", "xyz"),
-    (
-        "sessions",
-        {"room": "interacting-triangle-8", "commitment": ZEROS},
-        "invalid-value",
-        "room",
-        "interacting-triangle-8",
-    ),
+    ("sessions", {"room": TOUCHING, "commitment": ZEROS}, "invalid-value", "room", TOUCHING),
 ]
 MANY = ("simulate", "payouts", "seeds")
 
@@ -321,34 +288,20 @@ def test_a_body_is_refused_for_what_is_wrong(
     refused(http.post(f"/api/v1/{path}", content=content), code, field, words)
 
 
-@pytest.mark.parametrize("seed", [-1, 2**64, 10**30, "abc", "-1", 1.5, True, [], {}, ""])
-def test_a_bad_seed_in_a_body_is_named(http: httpx.Client, seed: object) -> None:
-    for path, body in (("drops", {"board": "triangle-16"}), ("rooms/main/drops", {})):
-        answer = http.post(f"/api/v1/{path}", json=body | {"seed": seed})
-        refused(answer, "bad-seed", "seed", repr(seed))
+def test_bad_seeds_and_numbers_that_json_does_not_have_are_named(http: httpx.Client) -> None:
+    for path, board in (("drops", '"board":"triangle-16",'), ("rooms/main/drops", "")):
+        for seed in (-1, 2**64, 10**30, "abc", "-1", 1.5, True, [], {}, ""):
+            answer = http.post(f"/api/v1/{path}", content=f'{{{board}"seed":{json.dumps(seed)}}}')
+            refused(answer, "bad-seed", "seed", repr(seed))
+        for text in ("NaN", "Infinity", "-Infinity"):
+            answer = http.post(f"/api/v1/{path}", content=f'{{{board}"seed":1,"x":{text}}}')
+            refused(answer, "invalid-value", "x", text)
 
 
-@pytest.mark.parametrize("text", ["NaN", "Infinity", "-Infinity"])
-def test_numbers_that_json_does_not_have_are_named(http: httpx.Client, text: str) -> None:
-    for path, start in (("drops", '"board":"triangle-16",'), ("rooms/main/drops", "")):
-        answer = http.post(f"/api/v1/{path}", content=f'{{{start}"seed":1,"x":{text}}}')
-        refused(answer, "invalid-value", "x", text)
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        b"",
-        b"{",
-        b"\xff\xfe",
-        b"[" * 100_000,
-        b'{"board":' + b"[" * 100_000,
-        b'{"board":' + b'{"a":' * 10_000,
-    ],
-    ids=ids,
-)
-def test_what_is_no_json_is_malformed(http: httpx.Client, body: bytes) -> None:
-    problem(http.post("/api/v1/drops", content=body), 400, "malformed", "JSON")
+def test_what_is_no_json_is_malformed(http: httpx.Client) -> None:
+    deep = (b"[" * 100_000, b'{"board":' + b"[" * 100_000, b'{"board":' + b'{"a":' * 10_000)
+    for body in (b"", b"{", b"\xff\xfe", *deep):
+        problem(http.post("/api/v1/drops", content=body), 400, "malformed", "JSON")
 
 
 @pytest.mark.parametrize(
@@ -370,26 +323,15 @@ def test_a_record_that_cannot_be_checked_is_refused(
     refused(http.post("/api/v1/verify", json=body), code, next(iter(changes)), words)
 
 
-@pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "PATCH"])
-@pytest.mark.parametrize(
-    "path", ["/api/v1/nothing", "/nothing.js", "/app/main.py", "/api/v1/rooms/a/b/c"]
-)
-def test_an_unknown_path_is_not_found_by_whatever_method(
-    http: httpx.Client, method: str, path: str
-) -> None:
-    problem(http.request(method, path), 404, "not-found", path)
+def test_an_unknown_path_is_not_found_by_whatever_method(http: httpx.Client) -> None:
+    for method in ("GET", "POST", "PUT", "DELETE", "PATCH"):
+        for path in ("/api/v1/nothing", "/nothing.js", "/app/main.py", "/api/v1/rooms/a/b/c"):
+            problem(http.request(method, path), 404, "not-found", path)
 
 
-@pytest.mark.parametrize(
-    ("method", "path", "allowed"),
-    [
-        *(("POST", path, "GET, HEAD") for path in ("/", "/index.html", "/js/play/main.js")),
-        ("DELETE", "/api/v1/boards", "GET, HEAD, POST"),
-    ],
-)
-def test_another_method_is_refused_with_those_that_are_allowed(
-    http: httpx.Client, method: str, path: str, allowed: str
-) -> None:
-    refusal = http.request(method, path)
-    problem(refusal, 405, "method-not-allowed", method)
-    assert refusal.headers["allow"] == allowed
+def test_another_method_is_refused_with_those_that_are_allowed(http: httpx.Client) -> None:
+    pages = [("POST", path, "GET, HEAD") for path in ("/", "/index.html", "/js/play/main.js")]
+    for method, path, allowed in (*pages, ("DELETE", "/api/v1/boards", "GET, HEAD, POST")):
+        refusal = http.request(method, path)
+        problem(refusal, 405, "method-not-allowed", method)
+        assert refusal.headers["allow"] == allowed

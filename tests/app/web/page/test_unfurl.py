@@ -5,7 +5,6 @@ import re
 from urllib.parse import urlsplit
 
 import httpx
-import pytest
 
 from plinko.app.web.routes.page import card
 from tests.kit.serving import serving
@@ -37,25 +36,23 @@ def test_a_riddle_stays_one_on_other_sites() -> None:
     assert "aim=0.1&t=1.5&" in about["og:image"], "of this drop, before it lands"
 
 
-@pytest.mark.parametrize(
-    "query",
-    [
-        {},
-        {"board": "triangle-8"},
-        {"seed": "1"},
-        {"board": "../x", "seed": "1"},
-        {"board": '"><script>', "seed": "1"},
-        {"board": "triangle-8", "seed": "-1"},
-        {"board": "triangle-8", "seed": "1" * 21},
-    ],
-)
-def test_a_link_without_a_drop_has_a_card_without_a_picture(query: dict[str, str]) -> None:
-    text = card(query, BASE)
-    assert properties(text).keys() == {"og:type", "og:site_name", "og:title", "og:description"}
-    assert "<script" not in text
+NO_DROPS: list[dict[str, str]] = [
+    {},
+    {"board": "triangle-8"},
+    {"seed": "1"},
+    {"board": "../x", "seed": "1"},
+    {"board": '"><script>', "seed": "1"},
+    {"board": "triangle-8", "seed": "-1"},
+    {"board": "triangle-8", "seed": "1" * 21},
+]
 
 
-def test_a_link_s_parameters_cannot_leave_their_attribute() -> None:
+def test_a_link_without_a_drop_has_a_card_without_a_picture() -> None:
+    for query in NO_DROPS:
+        text = card(query, BASE)
+        assert properties(text).keys() == {"og:type", "og:site_name", "og:title", "og:description"}
+        assert "<script" not in text
+    # A link's parameters cannot leave their attribute.
     about = card({"board": "classic", "seed": "1", "x": '"><script>'}, BASE)
     assert "<script>" not in about
     assert properties(about)["og:image"].startswith(f"{BASE}api/v1/drops/classic/1.png?x=%22%3E")
@@ -72,31 +69,17 @@ def test_one_page_may_be_framed_by_other_sites_and_no_other(http: httpx.Client) 
         assert headers["x-frame-options"] == "DENY"
 
 
-@pytest.mark.parametrize(
-    ("former", "now"),
-    [
-        (
-            "/compare.html?board=classic&seed=1&shift=1e-9",
-            "board=classic&seed=1&shift=1e-9&compare",
-        ),
-        ("/embed/replay?board=classic&seed=1", "board=classic&seed=1&embed"),
-    ],
-)
-def test_addresses_of_the_first_version_lead_to_the_replay(
-    http: httpx.Client, former: str, now: str
-) -> None:
-    answer = http.get(former, follow_redirects=True)
-    assert answer.status_code == 200
-    assert str(answer.url).endswith(f"/replay.html?{now}")
-    view = now.rpartition("&")[2]
-    assert f'data-view="{view}"' in answer.text
+def test_addresses_of_the_first_version_lead_to_the_replay(http: httpx.Client) -> None:
+    query = "board=classic&seed=1&shift=1e-9"
+    for former, view in (("/compare.html", "compare"), ("/embed/replay", "embed")):
+        answer = http.get(f"{former}?{query}", follow_redirects=True)
+        assert answer.status_code == 200
+        assert str(answer.url).endswith(f"/replay.html?{query}&{view}")
+        assert f'data-view="{view}"' in answer.text
 
 
 def test_a_site_below_a_path_names_itself_by_that_path() -> None:
-    with (
-        serving(root_path="/games/plinko") as below,
-        below.client() as http,
-    ):
+    with serving(root_path="/games/plinko") as below, below.client() as http:
         about = properties(http.get("/replay.html?board=triangle-8&seed=1").text)
         assert about["og:url"].startswith(f"{below.url}/games/plinko/replay.html?")
         assert about["og:image"].startswith(f"{below.url}/games/plinko/api/v1/drops/")
