@@ -139,9 +139,7 @@ def test_many_tests_together_fail_at_the_level_of_one() -> None:
 @pytest.mark.parametrize("name", ["triangle-8", "triangle-16", "classic", "galton"])
 def test_a_mirrored_start_ends_in_the_mirror_bit_for_bit(name: str) -> None:
     assert check_mirror(Board.preset(name), tries(200, 20_000)) == []
-
-
-def test_a_board_with_two_different_sides_is_noticed() -> None:
+    # A board with two different sides is noticed.
     pegs = [{"x": 0.1, "y": 1.0, "radius": 0.05}]
     assert len(check_mirror(Board.from_json({**TINY, "pegs": pegs}), 20)) > 1
 

@@ -106,9 +106,7 @@ def test_a_box_has_rails_outside_and_pegs_and_bins_inside() -> None:
     middle = 0.5 * (board.bins.edges[3] + board.bins.edges[4])
     line = colour_at(on_board, pixels, middle, board.bins.y)
     assert abs(line - np.array(THEMES["light"]["trayMark"])).max() < 80
-
-
-def test_a_tall_box_s_picture_is_bounded_and_a_bad_size_is_named() -> None:
+    # A tall box's picture is bounded, and a bad size is named.
     stage = BoxStage(StaticGeometry.box(0.5, 20.0), 240)
     assert stage.view.height <= 2.5 * 240 + 60
     assert 0 < stage.view.px(-0.25) < stage.view.px(0.25) < 240

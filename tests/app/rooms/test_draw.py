@@ -37,9 +37,7 @@ def test_a_bin_begins_just_where_the_weights_before_it_end() -> None:
         last = -(-(before << 128) // total) - 1
         assert [draw.pick(mac_of(x))[0] for x in (first, last)] == [bin_, bin_]
     assert (before, last) == (total, LAST)
-
-
-def test_a_seed_is_picked_evenly_from_its_bins_list() -> None:
+    # A seed is picked evenly from its bin's list.
     draw = draw_of([0, 0, 1, 0, 0, 0, 0, 0, 0])
     first, second = (int(seed) for seed in EACH[2])
     half = 1 << 63
@@ -55,6 +53,8 @@ def test_bins_come_as_often_as_their_weights_say() -> None:
     chance = random.Random(47)
     server, client = chance.randbytes(32), chance.randbytes(32)
     board = bytes.fromhex(BOARD.digest)
+    known = (server, client, 5, board)
+    assert draw_mac(*known) != drop_mac(*known), "no HMAC means a drop and a draw"
     found = [0] * BINS
     for number in range(n):
         bin_, seed = draw.pick(draw_mac(server, client, number, board))
@@ -65,11 +65,6 @@ def test_bins_come_as_often_as_their_weights_say() -> None:
     assert sum((f - e) ** 2 / e for f, e in zip(found, expected, strict=True) if e) < 24.3
 
 
-def test_no_hmac_means_a_drop_and_a_draw() -> None:
-    known = (b"\1" * 32, b"\2" * 32, 5, b"\3" * 32)
-    assert draw_mac(*known) != drop_mac(*known)
-
-
 def test_its_digest_is_of_weights_seeds_and_board() -> None:
     weights = [1] * BINS
     draw = draw_of(weights)
@@ -78,12 +73,9 @@ def test_its_digest_is_of_weights_seeds_and_board() -> None:
     fewer = Draw.of(BOARD, weights, [[EACH[0][0]], *EACH[1:]])
     assert draw.digest != fewer.digest
     assert Draw.of_values(BOARD, draw.to_dict()).digest == draw.digest
+    ten = {"weights": [1] * 10, "seeds": [["1"]] * 10}
     with pytest.raises(InvalidValueError, match="over board"):
-        Draw.of_values(Board.preset("triangle-9"), draw.to_dict() | _nine())
-
-
-def _nine() -> dict[str, Any]:
-    return {"weights": [1] * 10, "seeds": [["1"]] * 10}
+        Draw.of_values(Board.preset("triangle-9"), draw.to_dict() | ten)
 
 
 SOME: list[Any] = [[seed] for seed, _ in EACH]
@@ -126,8 +118,6 @@ def test_each_seed_that_lands_elsewhere_is_named_with_its_place() -> None:
         f"draw.seeds[6][0]: the ball of seed {EACH[2][1]} lands in bin 2"
     )
     assert refused.value.field == "draw.seeds[3][1]"
-
-
-def test_of_many_misplaced_seeds_it_says_how_many_more_there_are() -> None:
+    # Of many misplaced seeds it says how many more there are.
     with pytest.raises(InvalidValueError, match=r"and 7 more$"):
         Draw.of(BOARD, EQUAL, [*SOME[:8], [EACH[0][0]] * 17]).check_seeds()

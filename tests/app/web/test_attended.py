@@ -65,9 +65,7 @@ async def test_a_client_that_leaves_ends_its_work() -> None:
         await asking
     assert work.ended.is_set()
     assert response_for(gone.value).status < 500
-
-
-async def test_a_request_that_is_cancelled_ends_its_work() -> None:
+    # So does a request that is cancelled.
     work = Work()
     asking = asyncio.create_task(attended(Client().request, work.done()))
     await work.begun.wait()

@@ -144,7 +144,7 @@ async def test_each_tick_s_lateness_and_duration_are_reported() -> None:
 async def test_a_ticker_that_is_cancelled_is_asleep() -> None:
     clock = FakeClock()
     asleep: list[bool] = []
-    ticker = ticker_of(
+    ticker: Ticker = ticker_of(
         lambda due: [True], clock, ticked=[lambda late, duration: asleep.append(ticker.asleep)]
     )
     ticker.wake()

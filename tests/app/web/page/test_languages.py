@@ -40,9 +40,7 @@ def test_texts_are_escaped_and_elements_within_them_are_kept() -> None:
     told = filled(page, {"a": '1 < "2"', "b": "of {} & more"})
     said = "1 &lt; &quot;2&quot;"
     assert told == f'<b title="{said}">{said}</b> of <i id="x">{said}</i> &amp; more'
-
-
-def test_a_text_that_is_not_there_is_named() -> None:
+    # A text that is not there is named.
     with pytest.raises(ValueError, match=r"uses the text 'no\.such'"):
         filled("<p>{{no.such}}</p>", {"such": "", "no.such": {"other": ""}})
 
