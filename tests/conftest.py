@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 # A failed assertion in the kit shows its values, as one in a test does.
 pytest.register_assert_rewrite("tests.kit")
 
-# Property tests try the same examples in every run that has loaded the same modules: Hypothesis also
-# tries the numbers in their sources. They have no deadline, so that they pass on a slow machine.
-# HYPOTHESIS_PROFILE=search tries many more, new examples.
+# Property tests try the same examples in every run that has loaded the same modules: Hypothesis
+# also tries the numbers in their sources. They have no deadline, so that they pass on a slow
+# machine. HYPOTHESIS_PROFILE=search tries many more, new examples.
 settings.register_profile(
     "ci", derandomize=True, deadline=None, database=None, max_examples=tries(25, 500)
 )

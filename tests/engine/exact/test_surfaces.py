@@ -74,28 +74,29 @@ def test_a_peg_and_a_single_wall_own_all_their_surfaces() -> None:
     assert ends(items, 1) == [2, 3]
 
 
+Row = tuple[str, list[Wall], list[Peg], list[int], dict[int, list[int]]]
+
+
+def gap(width: float) -> Row:
+    return f"a gap of {width}", [(0, 1, 1, 1), (1 + width, 1, 2, 1)], [], [*range(6)], {}
+
+
+def bend(turn: float) -> Row:
+    """The two walls share an end."""
+    walls: list[Wall] = [(0, 1, 1, 1), (1, 1, 2, 1 + turn)]
+    return f"a bend of {turn}", walls, [], [0, 1, 2, 3, 5], {0: [1, 2], 3: [2, 5]}
+
+
 LEVEL = (0.0, 0.0, 1.0, 0.0)
-OWNERS: list[tuple[str, list[Wall], list[Peg], list[int], dict[int, list[int]]]] = [
+OWNERS: list[Row] = [
     ("two along one line", [(0, 1, 1, 2), (1, 2, 2, 3)], [], [0, 1, 5], {0: [1, 5]}),
     ("two that overlap", [(0, 1, 2, 2), (1, 1.5, 3, 2.5)], [], [0, 1, 5], {0: [1, 5]}),
     ("one within another", [(0, 1, 4, 3), (1, 1.5, 2, 2)], [], [0, 1, 2], {0: [1, 2]}),
     ("one around another", [(1, 1.5, 2, 2), (0, 1, 4, 3)], [], [0, 4, 5], {0: [4, 5]}),
     ("a bridge", [(0, 1, 1, 1), (3, 1, 4, 1), (1, 1, 3, 1)], [], [0, 1, 5], {0: [1, 5]}),
-    *(
-        (f"a gap of {gap}", [(0, 1, 1, 1), (1 + gap, 1, 2, 1)], [], [*range(6)], {})
-        for gap in (1e-9, 1e-12)
-    ),
+    *map(gap, (1e-9, 1e-12)),
     ("parallel", [(0, 1, 2, 1), (0, 1 + 1e-9, 2, 1 + 1e-9)], [], [*range(6)], {}),
-    *(
-        (
-            f"a bend of {turn}",
-            [(0, 1, 1, 1), (1, 1, 2, 1 + turn)],
-            [],
-            [0, 1, 2, 3, 5],
-            {0: [1, 2], 3: [2, 5]},
-        )
-        for turn in (1e-9, 1e-3, 1.0, -1.0)
-    ),
+    *map(bend, (1e-9, 1e-3, 1.0, -1.0)),
     ("an end on a wall", [(-1, 1, 1, 1), (0.25, 1, 0.25, 0)], [], [0, 1, 2, 3, 5], {}),
     ("an end near a wall", [(-1, 1, 1, 1), (0.25, 1 - 1e-9, 0.25, 0)], [], [*range(6)], {}),
     (
