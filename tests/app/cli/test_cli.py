@@ -165,9 +165,7 @@ def test_seeds_that_run_out_are_printed_and_it_is_said(plinko: Terminal) -> None
     code, out, err = plinko.try_run(*asked, 16)
     assert (code, out.split()) == (2, [str(seed) for seed in wanted])
     assert f"only {len(wanted)} of 16 seeds from {2**64 - 15} on land in it" in err
-
-
-def test_a_search_that_finds_nothing_ends_and_says_so(plinko: Terminal) -> None:
+    # So does a search that finds nothing.
     for options, named in (
         (["--bin", 0, "--patience", 1], "none of the 1 seeds from 0 to 0"),
         (["--bin", 9], "bin is 9"),
@@ -206,9 +204,6 @@ def test_simulate_counts_what_drop_many_computes(plinko: Terminal) -> None:
     assert [int(row[2]) for row in rows] == many.histogram.tolist()
     assert f"{many.score.mean():.3%}" in out
     assert many.digest in out
-
-
-def test_simulate_reaches_the_last_seed(plinko: Terminal) -> None:
     last = 2**64 - 1
     report = plinko.json("simulate", "triangle-8", "--drops", 2, "--seed", last - 1)
     assert report["digest"] == drop_many(Board.preset("triangle-8"), [last - 1, last]).digest

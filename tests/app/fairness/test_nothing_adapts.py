@@ -61,7 +61,7 @@ def test_stake_and_player_change_no_bit_of_a_fall(name: str, seed: int) -> None:
     assert falls[0]["digest"] == drop(board, seed=seed).digest
 
 
-def test_history_changes_no_bit_of_a_fall() -> None:
+def test_history_changes_no_bit_of_a_fall_and_no_payout() -> None:
     """The same seed falls the same way after any wins and losses, in any order."""
     board = Board.preset(NAMES[0])
     lives = [replace(each, seed=seed) for seed in (*SEEDS, 11) for each in PLAYERS[:3]]
@@ -72,10 +72,7 @@ def test_history_changes_no_bit_of_a_fall() -> None:
     for command, landed in zip(lives, forth, strict=True):
         if command.seed in fresh:
             assert fall(landed) == fresh[command.seed]
-
-
-def test_a_payout_is_the_stake_times_the_multiplier_only() -> None:
-    board = Board.preset(NAMES[0])
+    # A payout is the stake times the multiplier only.
     commands = [
         replace(each, seed=seed, stake=each.stake or 100) for seed in SEEDS for each in PLAYERS
     ]

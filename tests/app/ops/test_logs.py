@@ -21,13 +21,14 @@ def record(**extra: Any) -> logging.LogRecord:
     return made
 
 
-def test_a_json_line_has_the_event_and_its_particulars() -> None:
+def test_a_line_has_the_event_and_its_particulars() -> None:
     line = json.loads(JsonFormatter().format(record(room="main", balls=3, what=object)))
     assert line["event"] == "room closed"
     assert (line["level"], line["logger"]) == ("info", "plinko")
     assert (line["room"], line["balls"], line["what"]) == ("main", 3, "<class 'object'>")
     assert line["time"].endswith("+00:00")
     assert "error" not in line
+    assert TextFormatter().format(record(room="main")).endswith("INFO room closed room=main")
 
 
 def test_a_json_line_stays_one_line_whatever_it_carries() -> None:
@@ -38,10 +39,6 @@ def test_a_json_line_stays_one_line_whatever_it_carries() -> None:
     text = JsonFormatter().format(made)
     assert "\n" not in text
     assert "ValueError: two\nlines" in json.loads(text)["error"]
-
-
-def test_a_line_for_people_has_the_particulars_too() -> None:
-    assert TextFormatter().format(record(room="main")).endswith("INFO room closed room=main")
 
 
 def test_a_failing_request_is_logged_without_its_query(

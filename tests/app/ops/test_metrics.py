@@ -78,13 +78,10 @@ def test_errors_over_http_are_counted_by_code(server: Running) -> None:
         assert scrape(server)[name] == before + 1
 
 
-def test_openmetrics_is_served_on_request() -> None:
+def test_openmetrics_is_served_on_request_and_two_servers_in_one_process_count_apart() -> None:
     body, media_type = Metrics().exposition("application/openmetrics-text; version=1.0.0")
     assert media_type.startswith("application/openmetrics-text")
     assert body.endswith(b"# EOF\n")
-
-
-def test_two_servers_in_one_process_count_apart() -> None:
     one, two = Metrics(), Metrics()
     one.errors.labels("x").inc()
     assert b'code="x"' in one.exposition("")[0]

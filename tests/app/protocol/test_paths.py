@@ -255,22 +255,6 @@ async def test_balls_that_touch_have_no_paths_only_snapshots(server: Running) ->
         assert (await binary(player))[0] == 0x50
 
 
-@pytest.mark.parametrize(
-    ("query", "named"),
-    [
-        ("stream=video", "'video' is not one of: snapshots, paths"),
-        ("stream=segments", "use 'paths'"),
-        ("protocol=1", "protocol '1' is not 2"),
-    ],
-)
-async def test_what_an_old_client_asks_for_is_refused_with_what_to_use(
-    server: Running, query: str, named: str
-) -> None:
-    async with playing(server.socket(f"main?{query}")) as player:
-        assert (player.hello["type"], player.hello["code"]) == ("error", "invalid-value")
-        assert named in player.hello["detail"]
-
-
 def test_no_stream_means_snapshots_and_a_version_need_not_be_stated() -> None:
     assert client_messages.parse_stream(None) == client_messages.parse_stream("") == "snapshots"
     client_messages.parse_protocol(None)

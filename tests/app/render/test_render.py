@@ -278,11 +278,9 @@ def test_an_index_is_that_of_the_nearest_colour() -> None:
     apart = ((pixels[..., None, :].astype(int) - palette.colours) ** 2).sum(axis=-1)
     found = np.take_along_axis(apart, palette.index(pixels)[..., None].astype(int), axis=-1)
     assert (found[..., 0] == apart.min(axis=-1)).all()
-
-
-def test_a_png_is_read_back_as_it_was() -> None:
-    colours = np.random.default_rng(1).integers(0, 256, (17, 3), np.uint8)
-    index = np.random.default_rng(2).integers(0, 17, (9, 13), np.uint8)
+    # A PNG of such indices is read back as it was.
+    colours = chance.integers(0, 256, (17, 3), np.uint8)
+    index = chance.integers(0, 17, (9, 13), np.uint8)
     assert (decode(png(index, colours)) == colours[index]).all()
 
 
@@ -322,10 +320,7 @@ def test_a_ball_sinks_behind_the_bins_and_far_balls_are_left_out() -> None:
     assert plate[19, 20].any()
     assert not plate[20:].any()
     assert not plate[:12].any()
-
-
-def test_a_trail_narrows_towards_where_the_ball_came_from() -> None:
-    style = style_of(6.0, "light")
+    # A trail narrows towards where the ball came from.
     plate = np.zeros((60, 60, 3), np.uint8)
     points = np.column_stack([np.linspace(50.0, 10.0, 9), np.full(9, 30.0)])
     paint_trail(plate, points, style, 60)

@@ -111,11 +111,9 @@ def test_a_full_room_takes_no_more_until_balls_landed_which_leave_nothing_behind
 
 
 def test_frames_count_the_events_announced_before_them() -> None:
-    table = room()
-    announced = 0
-    for seed in range(3):
+    table, announced = room(), 3
+    for seed in range(announced):
         table.drop(DropCommand(seed))
-        announced += 1
     while table.awake:
         announced += len(table.step(watched=True))
         frame = decode_snapshot(table.snapshot(), table.extent, table.velocity_scale)

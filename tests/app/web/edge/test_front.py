@@ -1,6 +1,7 @@
 """The layer in front of the routes: what a request must pass, and what a response has."""
 
 import asyncio
+import json
 import re
 from collections.abc import AsyncIterator
 from typing import Any
@@ -109,7 +110,7 @@ async def test_a_foreign_handshake_is_refused_with_the_security_headers() -> Non
     headers = [(b"host", b"localhost"), (b"origin", OTHER_SITE.encode())]
     scope = {"type": "websocket", "path": "/ws", "headers": headers}
     await Front(app, Settings())(scope, receive, send)
-    assert sent[0]["status"] == 403
+    assert (sent[0]["status"], json.loads(sent[1]["body"])["code"]) == (403, "foreign-origin")
     assert set(SECURITY_HEADERS) <= {name.decode() for name, _ in sent[0]["headers"]}
 
 
