@@ -28,7 +28,7 @@ def options(tmp_path: Path) -> dict[str, Any]:
     return {"database_url": url, "operator_token": TOKEN, "trusted_proxies": ("127.0.0.1",)}
 
 
-async def test_present_and_later_players_read_an_announcement_until_it_ends(
+async def test_players_read_an_announcement_until_it_ends_and_that_the_server_stops(
     options: dict[str, Any],
 ) -> None:
     with serving(**options) as server:
@@ -37,6 +37,9 @@ async def test_present_and_later_players_read_an_announcement_until_it_ends(
             said = {"type": "notice", "text": "Maintenance at 18:00"}
             assert await player.until("notice") == said
             assert "halted" not in player.kinds(), "players read only what has changed"
+            server.uvicorn.should_exit = True
+            await player.until("notice", leaving=True)
+            assert (await player.closed())[0] == 1012
     with serving(**options) as server:
         async with playing(server.socket("triangle-8")) as late:
             assert await late.until("notice") == said
@@ -48,15 +51,7 @@ async def test_present_and_later_players_read_an_announcement_until_it_ends(
             assert "notice" not in later.kinds()
 
 
-async def test_a_server_that_stops_says_so_before_it_closes(options: dict[str, Any]) -> None:
-    with serving(**options) as server:
-        async with playing(server.socket()) as player:
-            server.uvicorn.should_exit = True
-            await player.until("notice", leaving=True)
-            assert (await player.closed())[0] == 1012
-
-
-async def test_a_banned_address_gets_nothing_until_the_ban_ends(options: dict[str, Any]) -> None:
+async def test_a_banned_client_gets_nothing_until_the_ban_ends(options: dict[str, Any]) -> None:
     banned, other = {"x-forwarded-for": "192.0.2.1"}, {"x-forwarded-for": "192.0.2.2"}
     with serving(**options) as server, server.client() as http:
         async with playing(server.socket(), additional_headers=banned) as player:
@@ -70,16 +65,14 @@ async def test_a_banned_address_gets_nothing_until_the_ban_ends(options: dict[st
             await joining(server.socket(), additional_headers=banned)
         assert main(["players", "ban", "192.0.2.1", server.url, "--minutes", "0"]) == 0
         assert http.get("/api/v1/boards", headers=banned).status_code == 200
-
-
-def test_a_banned_player_drops_nothing_and_a_ban_ends_by_itself(options: dict[str, Any]) -> None:
-    with serving(**options) as server, server.client("/api/v1") as http:
+        # A banned player drops nothing, and a ban ends by itself.
+        drops = "/api/v1/rooms/main/drops"
         assert main(["players", "ban", "ann", server.url, "--minutes", "1"]) == 0
-        refused = http.post("/rooms/main/drops", json={"who": "ann"})
+        refused = http.post(drops, json={"who": "ann"})
         assert (refused.status_code, refused.json()["code"]) == (403, "banned")
-        assert http.post("/rooms/main/drops", json={"who": "ben"}).is_success
+        assert http.post(drops, json={"who": "ben"}).is_success
         server.services.rooms.orders._now = lambda: time.time() + 61.0
-        assert http.post("/rooms/main/drops", json={"who": "ann"}).is_success
+        assert http.post(drops, json={"who": "ann"}).is_success
 
 
 def test_every_action_is_in_the_log(
@@ -122,10 +115,8 @@ def test_every_action_is_in_the_log(
 
 def test_only_the_operator_gives_orders(options: dict[str, Any]) -> None:
     with serving(**options) as server, server.client("/api/v1") as http:
-        for path, body in (
-            ("/announcement", {"text": "x"}),
-            ("/bans", {"client": "a", "minutes": 1}),
-        ):
+        ban = {"client": "a", "minutes": 1}
+        for path, body in (("/announcement", {"text": "x"}), ("/bans", ban)):
             assert http.post(path, json=body).status_code == 401
             assert http.post(path, json=body, headers=bearer("x" * 32)).status_code == 403
         assert http.delete("/players/ann").status_code == 401

@@ -91,15 +91,9 @@ def test_clients_recompute_every_drop_from_the_events() -> None:
         told = drop(BOARD, event["seed"], x=event.get("x"))
         assert landed[ball]["digest"] == told.digest[:DIGITS]
     assert not any(e["type"] == "contact" for e in ear.events)
-
-
-def test_the_clock_is_sent_once_a_second_while_balls_move() -> None:
-    watched = Watched()
-    ear = watched.join()
-    watched.drop(7)
-    watched.run()
+    # The clock is sent once a second while balls move.
     clocks = [event["tick"] for event in ear.events if event["type"] == "clock"]
-    assert clocks == list(range(RATE, watched.room.world.tick, RATE))
+    assert clocks == list(range(RATE, watched.room.world.tick, RATE)) != []
 
 
 def test_landings_are_grouped_for_a_tenth_of_a_second_at_most() -> None:

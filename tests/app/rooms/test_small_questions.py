@@ -49,9 +49,8 @@ def test_bit_0_marks_impacts_too_soft_for_an_event() -> None:
     room.drop(DropCommand(3))
     marked, told = set(), set()
     while room.awake:
-        told |= {
-            event.tick for event in room.step(watched=True) if isinstance(event, messages.Contact)
-        }
+        events = room.step(watched=True)
+        told |= {event.tick for event in events if isinstance(event, messages.Contact)}
         found = seen(room)
         marked |= {found["tick"] for ball in found["balls"] if ball["bounced"]}
     path = drop(Board.from_json(form), 3)

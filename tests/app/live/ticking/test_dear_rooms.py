@@ -57,10 +57,8 @@ async def test_a_lagging_room_catches_up_within_its_share_of_time(
     monkeypatch.setattr(heap.room, "step", slow)
     before = heap.room.world.tick, rooms.find("main").room.world.tick
     run_pass(rooms.runner, 5)
-    assert (heap.room.world.tick, rooms.find("main").room.world.tick) == (
-        before[0] + 2,
-        before[1] + 5,
-    )
+    after = heap.room.world.tick, rooms.find("main").room.world.tick
+    assert after == (before[0] + 2, before[1] + 5)
     assert all(each.done() for each in asked)
 
 
@@ -201,14 +199,10 @@ SHAFT = {
     "width": 4e-3,
     "height": 1.0,
     "ball": {"radius": 1e-3, "restitution": 1.0},
-    "pegs": [
-        {"x": 0.0, "y": 1.02, "radius": 1e-4},
-        {"x": 5e-4, "y": 1.02, "radius": 1e-4},
-    ],
+    "pegs": [{"x": x, "y": 1.02, "radius": 1e-4} for x in (0.0, 5e-4)],
     "walls": [
         {"x1": -5e-3, "y1": 0.969, "x2": 2.5e-3, "y2": 0.97},
-        {"x1": -5e-3, "y1": -0.01, "x2": -5e-3, "y2": 1.0},
-        {"x1": 5e-3, "y1": -0.01, "x2": 5e-3, "y2": 1.0},
+        *({"x1": x, "y1": -0.01, "x2": x, "y2": 1.0} for x in (-5e-3, 5e-3)),
     ],
     "wall_material": {"restitution": 1.0},
     "bins": {"y": 1.0, "edges": [-5e-3, 0.0, 5e-3], "multipliers": [1.0, 1.0]},

@@ -132,9 +132,7 @@ async def test_a_room_is_closed_or_restarted_during_its_step(rooms: Rooms, gate:
     await eventually(lambda: run_pass(rooms.runner) and anew.room.world.tick >= 3)
     assert (gone.room.world.tick, old.world.tick) == (0, 0), "nobody ticks what is gone"
     assert anew.room.world.digest == alone(anew.room.world.tick).world.digest
-
-
-async def test_a_room_deleted_while_it_restarts_stays_deleted(rooms: Rooms) -> None:
+    # A room deleted while it restarts stays deleted.
     heap = await heap_of(rooms)
     begun, deleted = await asyncio.gather(
         rooms.reset(heap), rooms.delete(heap), return_exceptions=True
