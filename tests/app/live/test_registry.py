@@ -56,11 +56,6 @@ class Watcher:
         return [event for each in told for event in (each if isinstance(each, list) else [each])]
 
 
-async def test_a_drop_without_a_seed_gets_the_one_drawn() -> None:
-    held = rooms_by_hand(BOARD, draw=lambda: 42)
-    assert drop_command(DropMessage(), held.draw).seed == 42
-
-
 @pytest.mark.parametrize(
     ("kind", "values"), [("kick", {"vx": 1.0}), ("drag", {"x": 0.0, "y": 1.0}), ("release", {})]
 )
@@ -106,7 +101,10 @@ async def test_waiting_for_a_landing_gives_the_drops_own_end_or_none_when_time_i
 
 
 async def test_nothing_is_encoded_without_clients(monkeypatch: pytest.MonkeyPatch) -> None:
-    held = rooms()
+    held = rooms_by_hand(BOARD, draw=lambda: 42)
+    assert drop_command(DropMessage(), held.draw).seed == 42, (
+        "a drop's seed is drawn if it has none"
+    )
 
     def forbidden(*_: object) -> bytes:
         raise AssertionError("a frame was encoded for nobody")

@@ -234,8 +234,10 @@ async def test_a_bin_lights_up_and_goes_out_while_the_room_sleeps() -> None:
         room.drop(DropCommand(1))
         camera, seen, part = await cameras.open(room, SHOT)
         dark = picture_in(part)
+        assert still_of(room).facts == ("1 in flight", "0 landed")
         while room.awake:
             advance(room, cameras)
+        assert still_of(room).facts == ("0 in flight", "1 landed")
         now[0] += 0.1
         seen, part = await camera.newest(seen)
         lit = picture_in(part)
@@ -291,16 +293,6 @@ async def test_a_failed_camera_raises_at_its_viewer_and_is_removed(
         with pytest.raises(TypeError):
             await cameras.open(room_of(), SHOT)
         assert (cameras.running, cameras.viewers) == (0, 0)
-
-
-def test_a_scene_counts_what_flies_and_what_landed() -> None:
-    room = room_of()
-    for seed in range(3):
-        room.drop(DropCommand(seed))
-    while len(room.balls) == 3:
-        room.step(watched=False)
-    still = still_of(room)
-    assert still.facts == (f"{len(room.balls)} in flight", f"{3 - len(room.balls)} landed")
 
 
 # over HTTP

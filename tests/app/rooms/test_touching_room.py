@@ -129,9 +129,7 @@ def test_settings_and_edits_are_sent_and_take_effect() -> None:
     (placed,) = tell(room, "add", x=0.0, y=0.5)
     assert isinstance(placed, messages.Placed)
     assert placed.restitution == edited.restitution, "new balls are as the sliders say"
-
-
-def test_one_slider_sets_the_material_of_every_pair() -> None:
+    # One slider sets the material of every pair.
     for room in (box(balls=3), table()):
         tell(room, "settings", restitution=0.05, friction=0.7)
         place = room.world.place
@@ -293,8 +291,7 @@ def test_a_room_restored_from_a_checkpoint_goes_on_bit_for_bit(kind: str) -> Non
 @pytest.mark.parametrize("preset", ["triangle-8", "classic", "galton"])
 def test_a_room_whose_balls_have_all_gone_is_restored(preset: str) -> None:
     def empty() -> TouchingRoom:
-        board = Board.preset(preset)
-        return TouchingRoom("table", board, tick_rate=TICKS, max_balls=100)
+        return TouchingRoom("table", Board.preset(preset), tick_rate=TICKS, max_balls=100)
 
     first = empty()
     first.drop(DropCommand(1))

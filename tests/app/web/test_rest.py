@@ -37,9 +37,8 @@ def test_every_preset_is_listed_with_its_digest_and_payouts(http: httpx.Client) 
     assert high["return"] == odds_of_record(Board.preset("triangle-12-high"))[0].returned
     moon = boards["moon-16-low"]
     assert (moon["stakes"], moon["world"], moon["rows"], moon["risk"]) == (True, "moon", 16, "low")
-    assert [name for name, board in boards.items() if board["preset"] and not board["stakes"]] == [
-        "galton"
-    ]
+    unstaked = [name for name, each in boards.items() if each["preset"] and not each["stakes"]]
+    assert unstaked == ["galton"]
 
 
 def test_the_list_of_boards_lays_out_no_board(http: httpx.Client) -> None:
@@ -132,16 +131,13 @@ def test_the_odds_of_a_preset_are_those_of_record_by_aim(http: httpx.Client) -> 
     assert [each["aim"] for each in others] == list(aims_of(board)[1:])
 
 
-@pytest.mark.parametrize("x", ["0.05", "-0.05", "+0.05", ".05", "5e-2", "5E-02", "0"])
-def test_decimals_as_people_and_programs_write_them_are_taken(http: httpx.Client, x: str) -> None:
-    found = http.get("/api/v1/drops/triangle-8/42", params={"x": x})
-    assert found.json()["x"] == float(x)
-
-
-def test_without_a_seed_the_server_draws_one_and_says_which(http: httpx.Client) -> None:
-    first, second = (
-        http.post("/api/v1/drops", json={"board": "triangle-16"}).json() for _ in range(2)
-    )
+def test_decimals_are_taken_as_people_write_them_and_a_seed_is_drawn(http: httpx.Client) -> None:
+    for x in ("0.05", "-0.05", "+0.05", ".05", "5e-2", "5E-02", "0"):
+        found = http.get("/api/v1/drops/triangle-8/42", params={"x": x})
+        assert found.json()["x"] == float(x)
+    # Without a seed the server draws one, and says which.
+    asked = {"board": "triangle-16"}
+    first, second = (http.post("/api/v1/drops", json=asked).json() for _ in range(2))
     assert first["seed"] != second["seed"]
     assert first["digest"] == drop(BOARD, first["seed"]).digest
 
@@ -229,9 +225,7 @@ def test_many_drops_are_counted_as_the_command_line_counts_them(http: httpx.Clie
         "mean_impacts": pytest.approx(batch.impact_count.mean()),
         "digest": batch.digest,
     }
-
-
-def test_many_drops_take_a_board_and_the_stepped_solver(http: httpx.Client) -> None:
+    # A board and the stepped solver may be given.
     asked = {"board": TINY, "drops": 20, "solver": "stepped", "dt": 0.01, "substeps": 2}
     body = http.post("/api/v1/simulate", json=asked).json()
     board = Board.from_json(TINY)
@@ -265,12 +259,10 @@ def test_a_record_verifies_and_a_changed_one_does_not(http: httpx.Client) -> Non
     record = http.get("/api/v1/drops/triangle-16/42").json()
     assert http.post("/api/v1/verify", json=record).json()["ok"] is True
     changed = {**record, "x_end": record["x_end"] + 1e-9}
-    verdict = http.post("/api/v1/verify", json=changed)
-    assert verdict.status_code == 200
-    assert verdict.json()["ok"] is False
-    assert verdict.json()["field"] == "x_end"
-    assert verdict.json()["expected"] == changed["x_end"]
-    assert verdict.json()["actual"] == record["x_end"]
+    answer = http.post("/api/v1/verify", json=changed)
+    verdict = answer.json()
+    assert (answer.status_code, verdict["ok"], verdict["field"]) == (200, False, "x_end")
+    assert (verdict["expected"], verdict["actual"]) == (changed["x_end"], record["x_end"])
 
 
 # Rooms.

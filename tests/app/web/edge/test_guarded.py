@@ -49,16 +49,13 @@ def test_a_body_is_no_head_however_long() -> None:
     assert server.taken == ["/slow"]
 
 
-def test_a_silent_client_is_cut_off_after_the_time_for_a_head() -> None:
+def test_a_silent_client_and_a_head_that_comes_byte_by_byte_are_given_up_in_time() -> None:
     server, line = dialled()
     server.loop.pass_(9.9)
     assert not line.closed
     server.loop.pass_(0.2)
     assert (line.closed, line.written) == (True, b"")
-
-
-def test_a_head_that_comes_byte_by_byte_is_given_up_in_time() -> None:
-    server, line = dialled()
+    line = server.dial()
     for byte in HEAD[:20]:
         server.feed(line, bytes([byte]))
         server.loop.pass_(0.6)
@@ -106,16 +103,13 @@ def test_a_client_that_waits_for_an_answer_is_not_cut_off() -> None:
     assert not line.closed
 
 
-def test_a_client_that_does_not_read_is_cut_off() -> None:
+def test_a_client_that_does_not_read_is_cut_off_one_that_reads_slowly_is_not() -> None:
     server, line = dialled()
     server.feed(line, SLOW + b"\r\n")
     line.unread = 5000
     server.loop.pass_(45.0)
     assert line.aborted
     assert server.refused == {"unread": 1}
-
-
-def test_a_client_that_reads_slowly_is_not_cut_off() -> None:
     server, line = dialled()
     server.feed(line, SLOW + b"\r\n")
     for left in range(5000, 0, -100):
@@ -190,9 +184,7 @@ def test_an_unknown_upgrade_is_ignored_and_its_connection_ends() -> None:
     assert line.written.startswith(b"HTTP/1.1 200 OK")
     assert b"\r\nconnection: close" in line.written
     assert line.closed
-
-
-def test_an_upgrade_to_something_else_with_a_body_is_refused() -> None:
+    # An upgrade to something else with a body is refused.
     server, line = dialled()
     server.feed(line, POST.replace(b"\r\n\r\n", b"\r\n" + H2C + b"\r\n") + b"x" * 10)
     assert problem(line)["detail"] == "a request to upgrade must have no body"

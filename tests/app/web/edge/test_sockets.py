@@ -83,9 +83,7 @@ def test_a_client_that_does_not_read_gets_no_pongs() -> None:
     line.connection.resume_writing()
     server.feed(line, framed(PING, b"y"))
     assert line.written == b"\x8a\x01y"
-
-
-def test_a_client_that_reads_nothing_has_its_close_answered() -> None:
+    # Its close is answered all the same.
     server, line = upgraded()
     line.connection.pause_writing()
     server.feed(line, framed(PING, b"x") + framed(CLOSE, struct.pack("!H", 1000)))
@@ -146,9 +144,7 @@ def test_a_handshake_that_the_application_leaves_open_times_out() -> None:
     assert not line.closed
     server.loop.pass_(2.0)
     assert problem(line)["status"] == 503
-
-
-def test_a_watcher_outlasts_the_time_for_a_handshake() -> None:
+    # A watcher outlasts that time.
     server, line = upgraded()
     server.loop.pass_(1000.0)
     assert (line.closed, line.written) == (False, b"")
