@@ -51,7 +51,8 @@ def test_any_text_or_object_is_a_message_or_refused(text: str) -> None:
 def test_a_start_is_metres_and_what_is_no_number_is_named() -> None:
     for value, x in ((None, None), (1, 1.0), (-0.25, -0.25)):
         assert client_messages.parse_place(value, "x") == x
-    for wrong in ("1", True, [], {}, math.nan, math.inf, -math.inf, 10**400):
+    no_numbers: list[object] = ["1", True, [], {}, math.nan, math.inf, -math.inf, 10**400]
+    for wrong in no_numbers:
         with pytest.raises(InvalidValueError, match="x "):
             client_messages.parse_place(wrong, "x")
 

@@ -88,10 +88,12 @@ async def test_a_room_refuses_a_stake_that_could_pay_more_than_readers_keep(
 
 
 def test_an_invalid_stake_or_mark_is_named() -> None:
-    for stake in (-1, MAX_STAKE + 1, 1.5, 1.0, True, "5", [], 10**400):
+    stakes: list[Any] = [-1, MAX_STAKE + 1, 1.5, 1.0, True, "5", [], 10**400]
+    marks: list[Any] = ["", "x" * 65, "a\nb", 5, {}]
+    for stake in stakes:
         with pytest.raises(InvalidValueError, match=r"stake .* is not a whole number of minor uni"):
             parse_stake(stake)
-    for who in ("", "x" * 65, "a\nb", 5, {}):
+    for who in marks:
         with pytest.raises(InvalidValueError, match="who "):
             parse_who(who)
 

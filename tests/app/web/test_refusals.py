@@ -289,8 +289,9 @@ def test_a_body_is_refused_for_what_is_wrong(
 
 
 def test_bad_seeds_and_numbers_that_json_does_not_have_are_named(http: httpx.Client) -> None:
+    seeds: list[object] = [-1, 2**64, 10**30, "abc", "-1", 1.5, True, [], {}, ""]
     for path, board in (("drops", '"board":"triangle-16",'), ("rooms/main/drops", "")):
-        for seed in (-1, 2**64, 10**30, "abc", "-1", 1.5, True, [], {}, ""):
+        for seed in seeds:
             answer = http.post(f"/api/v1/{path}", content=f'{{{board}"seed":{json.dumps(seed)}}}')
             refused(answer, "bad-seed", "seed", repr(seed))
         for text in ("NaN", "Infinity", "-Infinity"):

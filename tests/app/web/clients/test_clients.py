@@ -136,7 +136,9 @@ def test_a_generated_typescript_client_plays(
 
 def run(*command: Any) -> str:
     """Run a command that must succeed; returns what it says."""
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    done = subprocess.run(list(map(str, command)), text=True, check=False, cwd=REPOSITORY, **pipes)
+    done = subprocess.run(
+        list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        check=False, cwd=REPOSITORY,
+    )  # fmt: skip
     assert done.returncode == 0, done.stdout
     return done.stdout
