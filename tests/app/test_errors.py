@@ -38,9 +38,7 @@ def test_each_error_has_its_own_code() -> None:
         assert RESPONSES[kind] == RESPONSES[other]
     codes = [response.code for kind, response in RESPONSES.items() if kind not in same]
     assert len(codes) == len(set(codes))
-
-
-def test_close_codes_are_ones_that_an_application_may_send() -> None:
+    # Close codes are ones that an application may send.
     standard = {1007, 1008, 1009, 1011, 1012, 1013}
     for response in RESPONSES.values():
         assert response.close in standard or 4000 <= response.close < 5000

@@ -39,10 +39,8 @@ async def picture(player: Player) -> Any:
 
 def test_scenes_are_listed_with_rooms_ranges_and_presets(http: httpx.Client) -> None:
     listed = http.get("/api/v1/scenes").json()
-    assert {s["name"]: s["room"] for s in listed["scenes"]} == {
-        "sandbox": "sandbox",
-        "galton": "galton-pile",
-    }
+    rooms = {scene["name"]: scene["room"] for scene in listed["scenes"]}
+    assert rooms == {"sandbox": "sandbox", "galton": "galton-pile"}
     assert listed["presets"]["gravity"]["Jupiter"] == 24.79
     assert len(listed["presets"]["restitution"]) >= 6
     assert listed["ranges"]["settings"]["damping"]["low"] == 0.9

@@ -1,5 +1,6 @@
 """Dashboard and alert rules use only metrics that /metrics has."""
 
+import itertools
 import json
 import re
 from functools import cache
@@ -69,16 +70,13 @@ def test_the_dashboard_s_panels_do_not_overlap_and_have_texts() -> None:
     for panel in panels():
         where = panel["gridPos"]
         assert 0 <= where["x"] <= 24 - where["w"]
-        places |= {
-            (x, y)
-            for x in range(where["x"], where["x"] + where["w"])
-            for y in range(where["y"], where["y"] + where["h"])
-        }
+        columns = range(where["x"], where["x"] + where["w"])
+        rows = range(where["y"], where["y"] + where["h"])
+        places |= set(itertools.product(columns, rows))
         assert panel["title"]
         assert panel["fieldConfig"]["defaults"]["unit"]
-        assert [target["refId"] for target in panel["targets"]] == sorted(
-            {target["refId"] for target in panel["targets"]}
-        )
+        ids = [target["refId"] for target in panel["targets"]]
+        assert ids == sorted(set(ids))
     assert len(places) == sum(each["gridPos"]["w"] * each["gridPos"]["h"] for each in panels())
     assert len({panel["id"] for panel in panels()}) == len(panels())
     assert len({panel["title"] for panel in panels()}) == len(panels())

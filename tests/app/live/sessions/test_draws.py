@@ -83,32 +83,20 @@ def test_a_session_there_is_proven_with_its_draw(
     assert verify_log(log).ok
 
 
-@pytest.mark.parametrize(
-    ("body", "field", "words"),
-    [
-        ({}, "session", "in a fair session only"),
-        ({"seed": "1"}, "session", "in a fair session only"),
-        ({"x": 0.1}, "session", "in a fair session only"),
-        ({"aim": 0.1, "session": True}, "aim", "leave aim out"),
-        ({"seed": DRAW["seeds"][1][0], "session": True}, "session", "neither seed nor x"),
-        ({"x": 0.1, "session": True}, "session", "neither seed nor x"),
-    ],
-)
-def test_what_the_draw_does_not_decide_is_not_dropped_there(
-    http: httpx.Client, opened: dict[str, Any], body: dict[str, Any], field: str, words: str
-) -> None:
-    shown: dict[str, str] = {}
-    if body.get("session"):
-        session, shown = begun(http, opened["id"])
-        body = {**body, "session": session["session"]}
-    answer = http.post(f"/api/v1/rooms/{opened['id']}/drops", json=body, headers=shown)
-    refused(answer, field, words)
-
-
-def test_neither_a_queue_nor_another_board_is_for_a_draw(
+def test_neither_what_the_draw_does_not_decide_nor_a_queue_nor_another_board_is_for_it(
     http: httpx.Client, opened: dict[str, Any]
 ) -> None:
     place, own = f"/api/v1/rooms/{opened['id']}", bearer(opened["token"])
+    for free in ({}, {"seed": "1"}, {"x": 0.1}):
+        refused(http.post(f"{place}/drops", json=free), "session", "in a fair session only")
+    session, shown = begun(http, opened["id"])
+    for chosen, field, words in (
+        ({"aim": 0.1}, "aim", "leave aim out"),
+        ({"seed": DRAW["seeds"][1][0]}, "session", "neither seed nor x"),
+        ({"x": 0.1}, "session", "neither seed nor x"),
+    ):
+        body = {**chosen, "session": session["session"]}
+        refused(http.post(f"{place}/drops", json=body, headers=shown), field, words)
     answer = http.post(f"{place}/queue", json={"n": 1, "name": "Ada"}, headers=own)
     refused(answer, "session", "in a fair session only")
     answer = http.patch(place, json={"board": "triangle-8"}, headers=own)
