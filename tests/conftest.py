@@ -10,16 +10,11 @@ import os
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
-from plinko.engine.board.cache import BoardCache
-from plinko.engine.drops import trajectory
-from plinko.engine.exact.trace import trace_many
-from plinko.engine.jit import limits, machine_code
-from plinko.engine.jit.decorator import EntryKernel
 from tests.long import LONG, tries
 from tests.rows import in_rows
 
@@ -110,6 +105,11 @@ def limited_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     """Limit the instructions of each call of `trace_many`, as a server does for all calls."""
     if "NUMBA_DISABLE_JIT" in os.environ:
         pytest.skip("plain Python does not count instructions")
+    from plinko.engine.board.cache import BoardCache
+    from plinko.engine.drops import trajectory
+    from plinko.engine.exact.trace import trace_many
+    from plinko.engine.jit import limits, machine_code
+
     limited = threading.Event()
     limited.set()
     monkeypatch.setattr(limits, "_limited", limited)
@@ -117,7 +117,7 @@ def limited_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_code, "_compiler", lambda: compiler)
     monkeypatch.setattr(machine_code, "modules", functools.cache(machine_code.modules.__wrapped__))
     monkeypatch.setattr(machine_code, "_modules", [])
-    kernel = cast("EntryKernel[Any, Any]", trace_many)
-    monkeypatch.setattr(kernel, "machine_code", machine_code.entry(kernel))
+    again = machine_code.entry(trace_many)  # type: ignore[arg-type]
+    monkeypatch.setattr(trace_many, "machine_code", again)
     flights = BoardCache(trajectory._Flights, trajectory._bytes_of, trajectory._KEPT)
     monkeypatch.setattr(trajectory, "_flights_of", flights)

@@ -2,13 +2,15 @@
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-import httpx
 import pytest
 
-from tests.kit.serving import Running, constants, serving, share_what_starts_read
-from tests.kit.stakes import taken
+# The fixtures import the server: pytest reads this file before it has started any worker.
+if TYPE_CHECKING:
+    import httpx
+
+    from tests.kit.serving import Running
 
 # Balls land within two thirds of a second: live tests wait for real falls.
 TINY = {
@@ -27,11 +29,16 @@ TINY = {
 
 @pytest.fixture(scope="session", autouse=True)
 def what_starts_read() -> None:
+    from tests.kit.serving import share_what_starts_read
+
     share_what_starts_read()
 
 
 @pytest.fixture(scope="session", autouse=True)
 def stakes_on_tiny() -> Iterator[None]:
+    from tests.kit.serving import constants
+    from tests.kit.stakes import taken
+
     with constants(**{"plinko.app.rooms.independent.takes_stakes": taken}):
         yield
 
@@ -44,7 +51,9 @@ PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "max_rooms": 100_000}
 
 
 @pytest.fixture(scope="session")
-def server() -> Iterator[Running]:
+def server() -> "Iterator[Running]":
+    from tests.kit.serving import constants, serving
+
     with contextlib.ExitStack() as stack:
         with constants(**{"plinko.app.web.computing.COMPUTE_BURST": 1e6}):
             running = stack.enter_context(serving(**PLENTY))
@@ -52,6 +61,6 @@ def server() -> Iterator[Running]:
 
 
 @pytest.fixture(scope="session")
-def http(server: Running) -> Iterator[httpx.Client]:
+def http(server: "Running") -> "Iterator[httpx.Client]":
     with server.client() as client:
         yield client
