@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.scenes.contact_scenes import scene, scene_names
 from benchmarks.scenes.random_boards import random_board
-from plinko.engine import Board, drop
+from plinko.engine import Board
 from plinko.engine.drops import sliced
-from plinko.engine.drops.flight import Flight, fly
+from plinko.engine.drops.flight import Flight
 from plinko.engine.drops.sliced import SlicedFlight
 from plinko.engine.drops.start import start_of
 from plinko.engine.drops.trajectory import at_start, follow
@@ -89,15 +89,6 @@ def test_a_single_event_that_takes_too_long_says_so(
     with pytest.raises(EffortError, match="trace_many has not ended after 50 instructions"):
         flight.advance(64)
     assert flight.flight().trajectory.end.tobytes() == before
-
-
-def test_a_flight_computed_in_slices_is_the_flight() -> None:
-    board = scene("storm").board
-    for seed in range(5):
-        x = start_of(board, seed, None)
-        found, whole = in_slices(SlicedFlight(board, x), [64]), fly(board, x)
-        assert found.digest == whole.digest == drop(board, seed).digest
-        assert found.trajectory.segments.tobytes() == whole.trajectory.segments.tobytes()
 
 
 def test_what_has_ended_has_nothing_more() -> None:
