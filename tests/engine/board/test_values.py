@@ -15,6 +15,7 @@ from tests.engine.board.forms import EXAMPLE, at, box, changed, dotted, leaves
 
 Path_ = tuple[str | int, ...]
 
+NO_NUMBERS: list[object] = [True, False, "1.0", None, [1.0], {}, 1j]
 NUMBERS = [path for path in leaves(EXAMPLE) if path != ("name",)]
 
 
@@ -37,7 +38,7 @@ def test_every_number_must_be_a_finite_number_and_true_is_not() -> None:
                 error = refusal(source)
                 assert error.field == name
                 assert str(error).startswith(why)
-        for wrong in (True, False, "1.0", None, [1.0], {}, 1j):
+        for wrong in NO_NUMBERS:
             error = refusal(changed(EXAMPLE, path, wrong))
             assert error.field == name
             assert str(error) == f"{name} is {wrong!r}: it must be a number"
