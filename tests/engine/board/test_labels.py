@@ -80,20 +80,17 @@ def test_one_text_has_one_spelling() -> None:
 @pytest.mark.parametrize(
     ("labels", "field"),
     [
-        ("T-shirt", "bins.labels"),
-        ([None], "bins.labels"),
-        ([None, None, None], "bins.labels"),
+        *((bad, "bins.labels") for bad in ("T-shirt", [None], [None] * 3)),
         (["T-shirt", None], "bins.labels[0]"),
         ([{}, None], "bins.labels[0].text"),
-        ([{"text": ""}, None], "bins.labels[0].text"),
-        ([{"text": 7}, None], "bins.labels[0].text"),
-        ([{"text": "x" * 41}, None], "bins.labels[0].text"),
-        ([{"text": " T-shirt"}, None], "bins.labels[0].text"),
-        ([{"text": "a\nb"}, None], "bins.labels[0].text"),
-        ([None, {"text": "\u202etxt"}], "bins.labels[1].text"),
-        ([None, {"text": "a\u2066b"}], "bins.labels[1].text"),
-        ([None, {"text": "x\u0301\u0302\u0303"}], "bins.labels[1].text"),
-        ([None, {"text": "\u3164"}], "bins.labels[1].text"),
+        *(
+            ([{"text": bad}, None], "bins.labels[0].text")
+            for bad in ("", 7, "x" * 41, " T-shirt", "a\nb")
+        ),
+        *(
+            ([None, {"text": bad}], "bins.labels[1].text")
+            for bad in ("\u202etxt", "a\u2066b", "x\u0301\u0302\u0303", "\u3164")
+        ),
         ([{"text": "x", "colour": "red"}, None], "bins.labels[0].colour"),
         ([{"text": "x", "colour": "#FF0000"}, None], "bins.labels[0].colour"),
         ([{"text": "x", "colour": "#ff0000\n"}, None], "bins.labels[0].colour"),

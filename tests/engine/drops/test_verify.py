@@ -99,20 +99,10 @@ def test_a_record_that_lacks_a_field_is_malformed(field: str) -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("board", "no-such-board"),
-        ("board", {"pegs": 3}),
-        ("board", None),
-        ("board", 7),
-        ("board", []),
-        ("seed", "-1"),
-        ("seed", 1.5),
-        ("seed", None),
-        ("solver", "magic"),
-        ("solver", None),
-        ("solver", ["exact"]),
-        ("x", "left"),
-        ("x", 1e9),
-        ("x", True),
+        *(("board", bad) for bad in ("no-such-board", {"pegs": 3}, None, 7, [])),
+        *(("seed", bad) for bad in ("-1", 1.5, None)),
+        *(("solver", bad) for bad in ("magic", None, ["exact"])),
+        *(("x", bad) for bad in ("left", 1e9, True)),
     ],
 )
 def test_a_record_that_cannot_be_played_is_malformed(field: str, value: object) -> None:
@@ -133,16 +123,9 @@ def test_a_stepped_record_with_bad_parameters_is_malformed(field: str, value: ob
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("impacts", None),
-        ("impacts", "many"),
-        ("impacts", {}),
-        ("impacts", [1, 2]),
-        ("duration", None),
-        ("bin", "seven"),
-        ("score", math.nan),
-        ("physics_version", None),
-        ("board_digest", 5),
-        ("digest", None),
+        *(("impacts", bad) for bad in (None, "many", {}, [1, 2])),
+        *(("duration", None), ("bin", "seven"), ("score", math.nan)),
+        *(("physics_version", None), ("board_digest", 5), ("digest", None)),
     ],
 )
 def test_a_claim_of_the_wrong_kind_is_a_claim_that_differs(field: str, value: object) -> None:
