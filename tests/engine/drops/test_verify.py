@@ -13,6 +13,8 @@ from plinko.engine.constants import PHYSICS_VERSION
 from plinko.engine.parameters import SolverName
 
 TRIANGLE = Board.preset("triangle-16")
+NO_BOARDS: list[object] = ["no-such-board", {"pegs": 3}, None, 7, []]
+NO_IMPACTS: list[object] = [None, "many", {}, [1, 2]]
 
 
 def record(**options: Any) -> dict[str, Any]:
@@ -99,7 +101,7 @@ def test_a_record_that_lacks_a_field_is_malformed(field: str) -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        *(("board", bad) for bad in ("no-such-board", {"pegs": 3}, None, 7, [])),
+        *(("board", bad) for bad in NO_BOARDS),
         *(("seed", bad) for bad in ("-1", 1.5, None)),
         *(("solver", bad) for bad in ("magic", None, ["exact"])),
         *(("x", bad) for bad in ("left", 1e9, True)),
@@ -123,7 +125,7 @@ def test_a_stepped_record_with_bad_parameters_is_malformed(field: str, value: ob
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        *(("impacts", bad) for bad in (None, "many", {}, [1, 2])),
+        *(("impacts", bad) for bad in NO_IMPACTS),
         *(("duration", None), ("bin", "seven"), ("score", math.nan)),
         *(("physics_version", None), ("board_digest", 5), ("digest", None)),
     ],
