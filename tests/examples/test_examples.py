@@ -23,7 +23,6 @@ from tests.app.conftest import TINY
 from tests.kit.serving import Running, serving
 from tests.kit.waiting import LIMIT
 from tests.repository.test_repository import ROOT
-from tools.fairness.sessions import SIGNER
 
 EXAMPLES = ROOT / "examples"
 GOLDEN = ROOT / "tests" / "golden" / "session.json"
@@ -185,16 +184,39 @@ def test_a_draw_is_held_as_the_page_about_the_stage_says(server: Running, tmp_pa
     assert [each["name"] for each in drops] == ["Ada", "Bob"]
 
 
-def verified(session: dict[str, Any], folder: Path, code: int = 0, key: str = "") -> str:
-    path = folder / "session.json"
-    path.write_text(json.dumps(session))
-    return run(sys.executable, "verify_session.py", path, *([key] if key else []), code=code)
+def session_of(text: str = GOLDEN.read_text("utf-8")) -> Any:
+    return json.loads(text)
 
 
-def test_an_honest_session_is_verified(tmp_path: Path) -> None:
-    session = json.loads(GOLDEN.read_text("utf-8"))
-    assert verified(session, tmp_path) == f"all of it holds: 4 drops, key {session['key']}\n"
-    assert "the key is the one that you know" in verified(session, tmp_path, 1, "0" * 64)
+@pytest.fixture
+def check(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Callable[[Any], list[str]]:
+    """Verifies a session, or a file's bytes, in this process; returns the lines it prints."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    main = import_module("verify_session").main
+
+    def lines(session: Any) -> list[str]:
+        raw = session if isinstance(session, bytes) else json.dumps(session).encode()
+        (tmp_path / "session.json").write_bytes(raw)
+        failed = main(str(tmp_path / "session.json"))
+        printed = capsys.readouterr().out.splitlines()
+        assert failed == any(line.startswith("does not hold: ") for line in printed)
+        return printed
+
+    return lines
+
+
+Check = Callable[[Any], list[str]]
+
+
+def test_an_honest_session_is_verified(check: Check) -> None:
+    session = session_of()
+    said = f"all of it holds: 4 drops, key {session['key']}"
+    assert run(sys.executable, "verify_session.py", GOLDEN) == f"{said}\n"
+    told = run(sys.executable, "verify_session.py", GOLDEN, "0" * 64, code=1)
+    assert "the key is the one that you know" in told
+    assert check(GOLDEN.read_text("utf-8").encode("utf-16")) == [said]
 
 
 @pytest.mark.parametrize(
@@ -211,26 +233,35 @@ def test_an_honest_session_is_verified(tmp_path: Path) -> None:
         (("end", "statement", "drops"), 3, "no drop is left out"),
         (("session", "statement", "time"), 1, "the statement is signed"),
         (("board", "bins", "multipliers", 0), 99.0, "the multipliers are those committed to"),
+        (("key",), Signer(bytes(32)).public.hex(), "the statement is signed"),
     ],
 )
 def test_whatever_is_forged_is_named(
-    tmp_path: Path, place: tuple[Any, ...], value: object, claim: str
+    check: Check, place: tuple[Any, ...], value: object, claim: str
 ) -> None:
-    session = json.loads(GOLDEN.read_text("utf-8"))
+    session = session_of()
     part = session
     for step in place[:-1]:
         part = part[step]
+    assert part[place[-1]] != value
     part[place[-1]] = value
-    assert f"does not hold: {claim}\n" in verified(session, tmp_path, code=1)
+    assert f"does not hold: {claim}" in check(session)
 
 
-def test_a_member_given_twice_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "session.json"
-    path.write_text(GOLDEN.read_text("utf-8").replace('"version"', '"kind": "x", "version"', 1))
-    run(sys.executable, "verify_session.py", path, code=1)
+def test_a_drop_left_out_and_a_stake_that_could_pay_too_much_are_named(check: Check) -> None:
+    session = session_of()
+    del session["drops"][2]
+    assert "does not hold: no drop is left out" in check(session)
+    session = session_of()
+    session["board"]["bins"]["multipliers"][0] = 1e9
+    session["drops"][1]["receipt"]["stake"] = 10**9
+    assert "does not hold: drop 1: all it could pay is below 2^53" in check(session)
 
 
-def test_a_draw_s_member_given_twice_is_refused(tmp_path: Path) -> None:
+def test_a_member_given_twice_is_refused(check: Check, tmp_path: Path) -> None:
+    twice = GOLDEN.read_text("utf-8").replace('"version"', '"kind": "x", "version"', 1)
+    with pytest.raises(SystemExit, match="'kind': the key is given twice"):
+        check(twice.encode())
     path = tmp_path / "draw.json"
     path.write_text('{"board": "triangle-8", "board": "classic"}')
     files = str(EXAMPLES / "hold_draw.py"), str(path), str(tmp_path / "session.json")
@@ -239,43 +270,18 @@ def test_a_draw_s_member_given_twice_is_refused(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (1, "'board': the key is given twice\n")
 
 
-def test_a_session_s_file_may_be_in_utf_16(tmp_path: Path) -> None:
-    path = tmp_path / "session.json"
-    path.write_text(GOLDEN.read_text("utf-8"), "utf-16")
-    run(sys.executable, "verify_session.py", path)
-
-
-def test_a_stake_that_could_pay_too_much_is_named(tmp_path: Path) -> None:
-    session = json.loads(GOLDEN.read_text("utf-8"))
-    session["board"]["bins"]["multipliers"][0] = 1e9
-    session["drops"][1]["receipt"]["stake"] = 10**9
-    told = verified(session, tmp_path, code=1)
-    assert "does not hold: drop 1: all it could pay is below 2^53\n" in told
-
-
-def test_a_drop_left_out_and_another_key_are_found(tmp_path: Path) -> None:
-    session = json.loads(GOLDEN.read_text("utf-8"))
-    del session["drops"][2]
-    assert "no drop is left out" in verified(session, tmp_path, code=1)
-    other = Signer(bytes(32)).public.hex()
-    assert other != SIGNER.public.hex()
-    session = json.loads(GOLDEN.read_text("utf-8")) | {"key": other}
-    assert "the statement is signed" in verified(session, tmp_path, code=1)
-
-
-def test_a_draw_s_session_is_verified_and_any_forgery_named(
-    tmp_path: Path,
-) -> None:
+def test_a_draw_s_session_is_verified_and_any_forgery_named(check: Check) -> None:
     text = DRAWN.read_text("utf-8")
-    assert verified(json.loads(text), tmp_path).startswith("all of it holds: 6 drops, ")
-    lighter, steered = json.loads(text), json.loads(text)
+    (said,) = check(session_of(text))
+    assert said.startswith("all of it holds: 6 drops, ")
+    lighter, steered = session_of(text), session_of(text)
     lighter["draw"]["weights"][0] -= 1
-    assert "does not hold: the draw is the one committed to\n" in verified(lighter, tmp_path, 1)
+    assert "does not hold: the draw is the one committed to" in check(lighter)
     steered["drops"][0]["receipt"]["seed"] = "1"
     steered["drops"][1]["result"]["bin"] = 2
-    told = verified(steered, tmp_path, 1)
-    assert "does not hold: drop 0: its ball is of that bin's list\n" in told
-    assert "does not hold: drop 1: both seeds draw its bin\n" in told
+    told = check(steered)
+    assert "does not hold: drop 0: its ball is of that bin's list" in told
+    assert "does not hold: drop 1: both seeds draw its bin" in told
 
 
 def test_the_prize_board_falls_as_its_preset_and_names_prizes() -> None:
