@@ -9,6 +9,7 @@ HERE = Path(__file__).parent
 ALONE = HERE / "play" / "game.test.js"  # it replaces the clock and the chance of its process
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "files", [sorted({*HERE.rglob("*.test.js")} - {ALONE}), [ALONE]], ids=["most", "game"]
 )
