@@ -24,7 +24,10 @@ from playwright.sync_api import (
 
 from plinko.engine import Board, find_draw
 from tests.browser.screen import Screen
-from tests.kit.process import SERVE, ServerProcess
+from tests.kit import stakes
+from tests.kit.address import Address
+from tests.kit.process import OPERATOR, SERVE, ServerProcess
+from tests.kit.serving import constants, serving
 from tests.kit.waiting import LIMIT
 
 ROOT = Path(__file__).parents[2]
@@ -55,28 +58,26 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.browser)
 
 
-def browsed(folder: Path) -> ServerProcess:
-    """A server with its ledger in this folder, so that the ledger survives restarts."""
+# All tests of this folder share one server and one browser, and run in sequence. Both fixtures end
+# with the folder's last test: no asynchronous test can run while Playwright's event loop exists.
+@pytest.fixture(scope="package")
+def server() -> Iterator[Address]:
+    patched = constants(**{"plinko.app.rooms.independent.takes_stakes": stakes.taken})
+    usual = {"drop_rate": 1000, "max_rooms": 10_000, "operator_token": OPERATOR}
+    with patched, serving(**usual) as running:
+        yield running
+
+
+@pytest.fixture(scope="package")
+def mortal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    """A server for tests to kill, with its ledger in a file, which survives restarts."""
     program = (
         "-c",
         "from tests.kit import stakes; stakes.begin(); import plinko.__main__",
         *SERVE,
     )
-    return ServerProcess(f"sqlite:///{folder}/plinko.db", ("--max-rooms", "10000"), program)
-
-
-# All tests of this folder share one server and one browser, and run in sequence. Both fixtures end
-# with the folder's last test: no asynchronous test can run while Playwright's event loop exists.
-@pytest.fixture(scope="package")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    with browsed(tmp_path_factory.mktemp("server")) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def mortal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A private server for tests to kill."""
-    with browsed(tmp_path_factory.mktemp("server")) as running:
+    folder = tmp_path_factory.mktemp("server")
+    with ServerProcess(f"sqlite:///{folder}/plinko.db", program=program) as running:
         yield running
 
 
@@ -107,12 +108,12 @@ class Quick:
 
 
 @pytest.fixture
-def quick(server: ServerProcess) -> Quick:
+def quick(server: Address) -> Quick:
     return quick_table(server, "triangle-8")
 
 
 def quick_table(
-    server: ServerProcess,
+    server: Address,
     preset: str,
     mode: str = "independent",
     pays: float | None = None,
@@ -188,25 +189,32 @@ def complaints() -> Iterator[Complaints]:
     assert not collected.left
 
 
-# Run before the page: a display of 20 Hz, for pages whose motion is not tested. Without a graphics
-# card the usual 60 Hz need nearly all of a processor. A timer lets two of three frames pass: the
-# browser lays the page out in each frame that it is asked for.
+# Run before the page: a display of 10 Hz, for pages whose motion is not tested. Without a graphics
+# card the usual 60 Hz need nearly all of a processor. `show` draws what waits in the next frame;
+# `turn` waits for a frame of the real display.
 SLOW_DISPLAY = """
 {
   const next = window.requestAnimationFrame.bind(window);
-  const waiting = new Set();
+  const waiting = new Map();
   let count = 0;
+  const pass = (handle) => next((now) => {
+    const draw = waiting.get(handle);
+    if (waiting.delete(handle)) draw(now);
+  });
   window.requestAnimationFrame = (draw) => {
     const handle = (count += 1);
-    waiting.add(handle);
-    setTimeout(() => {
-      if (waiting.has(handle)) next((now) => { if (waiting.delete(handle)) draw(now); });
-    }, 34);
+    waiting.set(handle, draw);
+    setTimeout(() => { if (waiting.has(handle)) pass(handle); }, 84);
     return handle;
   };
   window.cancelAnimationFrame = (handle) => waiting.delete(handle);
+  window.turn = next;
+  window.show = () => { for (const handle of waiting.keys()) pass(handle); };
 }
 """
+
+# Run before the page: the display's own rate again, for pages whose motion is tested.
+REAL_DISPLAY = "window.requestAnimationFrame = window.turn;"
 
 # Run before the page: no demo balls fall while a test waits.
 NO_DEMO = """
@@ -218,7 +226,7 @@ Run = Callable[..., Any]
 
 
 @pytest.fixture(scope="package")
-def run(browser: Browser, server: ServerProcess) -> Iterator[Run]:
+def run(browser: Browser, server: Address) -> Iterator[Run]:
     """Calls a JavaScript function with a module of js/ and an argument, on an empty page."""
     page = browser.new_page()
     complaints = Complaints()
@@ -299,7 +307,7 @@ def profiles(browser: Browser) -> Iterator[Profiles]:
 
 
 @pytest.fixture
-def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) -> Iterator[Open]:
+def opened(profiles: Profiles, server: Address, complaints: Complaints) -> Iterator[Open]:
     """Opens a path or an address in an empty profile, with options of `Browser.new_context`.
 
     A test's first page of each kind of device uses the shared profile. Its further pages, and
@@ -337,6 +345,8 @@ def opened(profiles: Profiles, server: ServerProcess, complaints: Complaints) ->
     for context in contexts:
         context.close()
     for profile, page in shared:
+        addresses = {server.url, urljoin(page.url, "/").rstrip("/")}
         page.goto("about:blank")  # ends the document, which could still store something in `close`
         page.close()
-        profile.clear(server.url)
+        for url in addresses:
+            profile.clear(url)

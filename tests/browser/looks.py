@@ -69,7 +69,7 @@ def check_fit(screen: Screen) -> None:
 
 def painted(screen: Screen, canvas: str) -> int:
     """How many pixels of a canvas are not transparent, after the frames already requested."""
-    screen.frames(4)  # SLOW_DISPLAY draws only every third frame
+    screen.frames(4)
     count: int = screen.page.evaluate(
         """(id) => {
           const canvas = document.getElementById(id);

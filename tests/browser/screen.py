@@ -38,11 +38,13 @@ window.WebSocket = class extends WebSocket {
 };
 """
 
-# Run before the page: counts the frames it requests. `turn` requests one without counting it.
+# Run before the page: counts the frames it requests.
 COUNT_FRAMES = """
-window.turn = window.requestAnimationFrame.bind(window);
-window.frames_asked = 0;
-window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return turn(draw); };
+{
+  const ask = window.requestAnimationFrame;
+  window.frames_asked = 0;
+  window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return ask(draw); };
+}
 """
 
 # Run before the page: keeps all states of the connection, of which some last only a moment.
@@ -52,20 +54,23 @@ new MutationObserver(() => states.push(document.documentElement.dataset.state))
   .observe(document, { subtree: true, attributeFilter: ["data-state"] });
 """
 
-# Wait for `count` frames of the display, whether the page draws or not.
+# Wait for `count` frames, in which the page draws if it wants to.
 _FRAMES = """
 async (count) => {
-  const turn = window.turn ?? requestAnimationFrame;
-  for (let i = 0; i < count; i += 1) await new Promise(turn);
+  for (let i = 0; i < count; i += 1) {
+    window.show?.();
+    await new Promise(window.turn ?? requestAnimationFrame);
+  }
 }
 """
 
-# Wait until the page has not requested any of `count` consecutive frames of the display.
+# Wait until the page has not requested any of `count` consecutive frames, which it draws at once.
 _REST = """
 async (count) => {
   let [asked, still] = [frames_asked, 0];
   for (let tries = 0; still < count; tries += 1) {
     if (tries > 3600) throw new Error("the page still draws after 3600 frames");
+    show();
     await new Promise(turn);
     still = asked === frames_asked ? still + 1 : 0;
     asked = frames_asked;
@@ -114,7 +119,10 @@ _RED_MIDDLE = """
 async () => {
   const canvas = document.querySelector("#board-moving");
   const density = canvas.width / canvas.clientWidth;
-  const drawn = () => new Promise(requestAnimationFrame);
+  const drawn = () => {
+    window.show?.();
+    return new Promise(window.turn ?? requestAnimationFrame);
+  };
   await drawn();
   for (let tries = 0; tries < 300; tries += 1) {
     await drawn();
@@ -141,11 +149,6 @@ async ([board, points]) => {
   return { points: points.map(([x, y]) => [px(x), py(y)]), scale };
 }
 """
-
-
-def frames(page: Page, count: int) -> None:
-    """Wait for `count` frames of the display, whether the page draws or not."""
-    page.evaluate(_FRAMES, count)
 
 
 class Screen:
@@ -212,7 +215,8 @@ class Screen:
         expect(self.root).to_have_attribute("data-last-bin", str(bin_))
 
     def frames(self, count: int) -> None:
-        frames(self.page, count)
+        """Wait for `count` frames, in which the page draws if it wants to."""
+        self.page.evaluate(_FRAMES, count)
 
     def frames_asked(self) -> int:
         """How many frames the page has requested; it must be opened with COUNT_FRAMES."""
@@ -228,8 +232,8 @@ class Screen:
         return self
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Poll a condition once a frame until it holds."""
-        until(condition, lambda: self.frames(1))
+        """Poll a condition once a frame of the display until it holds."""
+        until(condition, lambda: self.page.evaluate("new Promise(window.turn)"))
 
     def steady(self, look: Callable[[], T], frames: int = 18) -> T:
         """Call `look` every `frames` frames until two results are equal; returns the last."""
@@ -304,6 +308,7 @@ class Screen:
 
     def pixels(self, board: Any, points: list[list[float]]) -> Any:
         """Metres as CSS pixels of the canvas: `points`, and the `scale` in pixels per metre."""
+        self.frames(2)  # the layout changes in the next frame
         return self.page.evaluate(_TO_PIXELS, [board, points])
 
     def shot(self, name: str, *, full_page: bool = False) -> None:

@@ -125,7 +125,7 @@ def test_reduced_motion_shows_both_paths_at_once(opened: Open) -> None:
     screen = opened(LINK, reduced_motion="reduce").state("replay")
     expect(screen.page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     expect(screen.page.locator("#now")).to_have_text("one has landed")
-    assert painted(screen, "board-marks") > 500
+    screen.until(lambda: painted(screen, "board-marks") > 500)
 
 
 @pytest.mark.long

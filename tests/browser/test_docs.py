@@ -4,12 +4,12 @@ import httpx
 from playwright.sync_api import Browser, expect
 
 from tests.browser.conftest import Complaints
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 from tests.kit.waiting import LIMIT
 
 
 def test_the_docs_show_every_operation_and_nothing_is_blocked(
-    server: ServerProcess, browser: Browser, complaints: Complaints
+    server: Address, browser: Browser, complaints: Complaints
 ) -> None:
     page = browser.new_page()
     page.set_default_timeout(1000 * LIMIT)

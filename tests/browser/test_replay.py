@@ -13,7 +13,7 @@ from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import ARTIFACTS, Complaints, Open, Profiles, Quick, Run
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 from tests.kit.waiting import LIMIT
 
 LINK = "/replay.html?board=triangle-8&seed=42"
@@ -25,7 +25,7 @@ def moment(screen: Screen) -> float:
 
 
 @pytest.fixture(scope="module")
-def kept(profiles: Profiles, server: ServerProcess) -> Iterator[Screen]:
+def kept(profiles: Profiles, server: Address) -> Iterator[Screen]:
     """One page for all tests of this drop that change only the replay's time."""
     page = profiles.of({}).new_page(server.url)
     screen = Screen(page, server.url, ARTIFACTS)
@@ -255,7 +255,7 @@ def test_reduced_motion_shows_the_whole_path_at_once(opened: Open) -> None:
     expect(screen.page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     duration = screen.api("drops/triangle-8/42")["duration"]
     assert moment(screen) == pytest.approx(duration, abs=1e-9)
-    assert painted(screen, "board-marks") > 500
+    screen.until(lambda: painted(screen, "board-marks") > 500)
 
 
 def test_a_board_travels_in_the_link_itself(opened: Open, run: Run) -> None:
@@ -326,7 +326,7 @@ def test_the_replay_fits_its_screens(opened: Open, device: str) -> None:
         screen.shot(f"replay-{name}")
 
 
-def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: ServerProcess) -> None:
+def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: Address) -> None:
     """Balls that hardly bounce roll over pegs: the list of impacts says so."""
     dead = {"restitution": 0.1, "friction": 0.4}
     board = {**Board.preset("triangle-8").to_dict(), "name": "dead", "peg_material": dead}
@@ -343,7 +343,7 @@ def test_a_drop_that_rides_pegs_is_shown_to_its_end(opened: Open, server: Server
 
 
 def test_a_ball_that_never_settles_is_replayed_to_where_it_ends(
-    opened: Open, server: ServerProcess
+    opened: Open, server: Address
 ) -> None:
     """A ball in perfect balance on a peg lands in no bin, and stays visible."""
     board = {

@@ -13,13 +13,14 @@ from tests.browser.access.axe import check_axe_on
 from tests.browser.conftest import Open, holding, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import Screen
-from tests.kit.process import OPERATOR, ServerProcess
+from tests.kit.address import Address
+from tests.kit.process import OPERATOR
 
 # Nothing comes to rest, so the page keeps drawing for as long as a slow machine needs.
 RESTLESS = {"restitution": 1, "friction": 0}
 
 
-def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
+def own_room(server: Address, **scene: Any) -> tuple[str, str]:
     """Create a sandbox room; returns its id, and a script that gives a page the owner's token."""
     request = urllib.request.Request(
         f"{server.url}/api/v1/rooms",
@@ -32,7 +33,7 @@ def own_room(server: ServerProcess, **scene: Any) -> tuple[str, str]:
 
 
 @pytest.fixture
-def box(opened: Open, server: ServerProcess) -> Any:
+def box(opened: Open, server: Address) -> Any:
     """Opens a page on a new sandbox room with this scene."""
 
     def open_box(scene: dict[str, Any], **options: Any) -> Screen:
@@ -106,7 +107,7 @@ def test_a_ball_is_dragged_and_thrown_and_a_tap_puts_one_down(box: Any) -> None:
 
 
 def test_everyone_has_a_box_of_their_own_that_moves_into_a_room(
-    opened: Open, server: ServerProcess
+    opened: Open, server: Address
 ) -> None:
     screen = opened("/sandbox.html")
     balls(screen, 60)
@@ -288,12 +289,18 @@ def test_another_table_has_balls_that_knock_each_other(opened: Open) -> None:
 
 
 def test_a_board_of_touching_balls_is_played_and_halted_on_pages(
-    opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
+    opened: Open, server: Address, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     quick = quick_table(server, "triangle-8", "interacting")
     table = opened(quick.page).ready()
+    expect(table.drop).to_contain_text("Practice")
+    expect(table.page.locator("#practice-note")).to_contain_text("balls collide here")
+    for hidden in ("#stake", "#padlock"):
+        expect(table.page.locator(hidden)).to_be_hidden()
     table.drop.click()
     expect(table.rows).to_have_count(1)
+    expect(table.result).to_contain_text("(practice)")
+    expect(table.page.locator("#staked")).to_have_text("0.00")
     expect(table.rows.first).to_contain_text("hit by another ball")
     screen = opened(f"/sandbox.html?room={quick.room}", before=holding(quick.room, quick.token))
     expect(screen.page.locator("#title")).to_contain_text("quick")

@@ -10,13 +10,13 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Complaints, Open
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 DROP = "board=triangle-8&seed=42"
 
 
 @pytest.fixture
-def other_site(server: ServerProcess) -> Iterator[str]:
+def other_site(server: Address) -> Iterator[str]:
     """Another site, whose page shows the requested page of the server in a frame."""
 
     class Blog(BaseHTTPRequestHandler):

@@ -15,6 +15,7 @@ from tests.browser.access.axe import check_axe
 from tests.browser.conftest import Complaints, Open, quick_table
 from tests.browser.screen import Screen
 from tests.browser.table.test_reconnect import GONE
+from tests.kit.address import Address
 from tests.kit.process import ServerProcess
 from tests.kit.waiting import LIMIT, until
 
@@ -123,7 +124,7 @@ def grounds(stage: Screen) -> dict[str, Any]:
 
 
 def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
-    opened: Open, server: ServerProcess
+    opened: Open, server: Address
 ) -> None:
     quick = quick_table(server, "triangle-8", prize="Mug")
     stage = there(opened(f"/stage.html?room={quick.room}&leaders=prizes&join=on"))
@@ -154,7 +155,7 @@ def test_an_audience_sees_who_won_what_and_has_nothing_to_click(
 
 
 def test_before_anybody_plays_the_board_has_the_frame_and_demo_balls_fall(
-    opened: Open, server: ServerProcess
+    opened: Open, server: Address
 ) -> None:
     quick = quick_table(server, "triangle-8")
     stage = there(opened(f"/stage.html?room={quick.room}"))
@@ -174,7 +175,7 @@ def test_before_anybody_plays_the_board_has_the_frame_and_demo_balls_fall(
     expect(stage.page.locator("#demo-mark")).to_be_hidden()
 
 
-def own_room(server: ServerProcess, name: str) -> tuple[str, dict[str, str]]:
+def own_room(server: Address, name: str) -> tuple[str, dict[str, str]]:
     """Open a room with a board of this name; returns its id and the headers of its owner."""
     board = Board.preset("triangle-8").replace(name=name).to_dict()
     rooms = f"{server.url}/api/v1/rooms"
@@ -183,7 +184,7 @@ def own_room(server: ServerProcess, name: str) -> tuple[str, dict[str, str]]:
 
 
 def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
-    opened: Open, server: ServerProcess
+    opened: Open, server: Address
 ) -> None:
     # No quick table: a busy machine must not miss all frames in which the ball falls.
     room, own = own_room(server, "named")
@@ -206,9 +207,7 @@ def test_a_named_drop_shows_its_name_on_the_stage_and_the_table(
     assert NAME not in written(silent)
 
 
-def test_a_show_has_its_timer_goals_jackpot_faces_and_looks(
-    opened: Open, server: ServerProcess
-) -> None:
+def test_a_show_has_its_timer_goals_jackpot_faces_and_looks(opened: Open, server: Address) -> None:
     room, own = own_room(server, "shown")
     stage = there(opened(f"/stage.html?room={room}&join=on", before=_WRITTEN))
     figures = stage.page.locator("#figures")
@@ -302,7 +301,7 @@ def shows_all(stage: Screen, pupils: dict[str, str]) -> bool:
     return all(painted(stage, pupils))
 
 
-def test_phones_join_by_the_code_each_with_its_colour(opened: Open, server: ServerProcess) -> None:
+def test_phones_join_by_the_code_each_with_its_colour(opened: Open, server: Address) -> None:
     board = Board.preset("triangle-8").replace(name="class").to_dict()
     room = httpx.post(f"{server.url}/api/v1/rooms", json={"board": board}, timeout=LIMIT).json()
     address = f"/stage.html?room={room['id']}&leaders=balls&join=on"

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Complaints, Open, Quick
+from tests.long import tries
 
 # Run before the page: the visitor has blocked all storage of the site.
 BLOCKED = """
@@ -53,13 +54,16 @@ def test_every_page_starts(opened: Open, complaints: Complaints, page: str) -> N
         complaints.allow("404")
     screen = opened(page, before=BLOCKED)
     expect(screen.page.locator(STARTED[page]).first).to_be_attached()
+    if page.startswith("/replay"):  # it stores nothing
+        expect(screen.page.locator(".unstored")).to_have_count(0)
 
 
-@pytest.mark.parametrize("refusal", REFUSALS.values(), ids=REFUSALS)
+@pytest.mark.long
+@pytest.mark.parametrize("refusal", tries(["blocked"], [*REFUSALS]))
 def test_the_table_plays_and_says_once_that_nothing_is_kept(
     opened: Open, quick: Quick, refusal: str
 ) -> None:
-    screen = opened(quick.page, before=refusal).ready()
+    screen = opened(quick.page, before=REFUSALS[refusal]).ready()
     page = screen.page
     notice = page.get_by_role("alert").filter(has_text="stores nothing here")
     expect(notice).to_be_visible()
@@ -96,11 +100,6 @@ def test_a_chosen_language_stays_without_cookies(opened: Open, quick: Quick) -> 
     assert room in screen.page.url
     screen.page.reload()
     expect(screen.root).to_have_attribute("lang", "de")
-
-
-def test_a_page_that_stores_nothing_has_no_notice(opened: Open) -> None:
-    screen = opened("/replay.html?board=triangle-8&seed=1", before=BLOCKED).state("replay")
-    expect(screen.page.locator(".unstored")).to_have_count(0)
 
 
 def test_the_maker_of_a_room_owns_it(opened: Open) -> None:

@@ -8,10 +8,10 @@ from playwright.sync_api import expect
 from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.looks import SCREENS, check_fit, context_for, each_screen, painted
 from tests.browser.screen import COUNT_FRAMES
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 
-def test_a_whole_game_by_keyboard_alone(opened: Open, server: ServerProcess) -> None:
+def test_a_whole_game_by_keyboard_alone(opened: Open, server: Address) -> None:
     quick = quick_table(server, "classic")
     screen = opened(quick.page).ready()
     keyboard = screen.page.keyboard

@@ -6,12 +6,12 @@ from playwright.sync_api import expect
 from tests.browser.access.axe import asks_axe, check_axe
 from tests.browser.conftest import Open, quick_table
 from tests.browser.looks import SCREENS, context_for, each_screen
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("device", SCREENS)
-def test_axe_has_nothing_to_say(opened: Open, server: ServerProcess, device: str) -> None:
+def test_axe_has_nothing_to_say(opened: Open, server: Address, device: str) -> None:
     quick = quick_table(server, "classic")  # its drops can be aimed
     screen = opened(quick.page, **context_for(device)).ready()
     screen.drawer("For the curious").locator("#measure summary").click()

@@ -8,7 +8,7 @@ from playwright.sync_api import Route, ViewportSize, expect
 
 from tests.browser.conftest import Complaints, Open, Quick, quick_table
 from tests.browser.screen import Screen
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 PHONES = [
     *((390, 844), (360, 740), (390, 664), (360, 640), (320, 568), (600, 700)),
@@ -85,7 +85,7 @@ def test_a_phone_zooms_into_no_field(opened: Open, quick: Quick, viewport: Viewp
         assert screen.page.evaluate(_ZOOMED) == [], drawer
 
 
-def test_minus_and_plus_halve_and_double_the_stake(opened: Open, quick: Quick) -> None:
+def test_keys_and_buttons_halve_double_and_stake_all(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     stake = screen.page.get_by_label("Stake", exact=True)
     for key, value in (("+", "2"), ("+", "4"), ("-", "2"), ("=", "4"), ("−", "2")):
@@ -97,11 +97,20 @@ def test_minus_and_plus_halve_and_double_the_stake(opened: Open, quick: Quick) -
     stake.fill("3")
     stake.press("+")
     expect(stake).to_have_value("3+")  # typed into the field
+    stake.fill("1")
+    for name, value in (("Double", "2"), ("Double", "4"), ("Halve", "2"), ("Stake all", "1000")):
+        screen.page.get_by_role("button", name=name).click()
+        expect(stake).to_have_value(value)
+    # The balance lasts for all balls of a press; auto drops one after another.
+    for balls, name, value in (("20", "Double", "50"), ("auto", "Stake all", "1000")):
+        screen.page.locator(f"input[name=balls][value='{balls}']").check(force=True)
+        screen.page.get_by_role("button", name=name).click()
+        expect(stake).to_have_value(value)
     assert screen.drops_sent == []
 
 
 @pytest.fixture
-def rich(server: ServerProcess) -> Quick:
+def rich(server: Address) -> Quick:
     """A table where each ball pays 110 times its stake."""
     return quick_table(server, "triangle-8", pays=110)
 

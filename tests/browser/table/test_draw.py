@@ -3,12 +3,10 @@
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, quick_table
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 
-def test_a_draw_shows_its_odds_and_its_session_is_proven(
-    opened: Open, server: ServerProcess
-) -> None:
+def test_a_draw_shows_its_odds_and_its_session_is_proven(opened: Open, server: Address) -> None:
     odds = [1, 0, 0, 0, 9997, 0, 0, 0, 2]
     table = quick_table(server, "triangle-8", "draw", prize="Prize", odds=odds)
     screen = opened(f"{table.page}&seed=42").ready()

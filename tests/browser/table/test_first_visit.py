@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Browser, ViewportSize, expect
 
 from tests.browser.conftest import NO_DEMO, Complaints
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 DESK, PHONE = (1280, 800), (390, 844)
 PAGES = [
@@ -33,7 +33,7 @@ FETCHED = """
 
 @pytest.mark.parametrize(("width", "height"), SCREENS)
 def test_little_comes_before_the_first_drop_and_nothing_moves(
-    browser: Browser, server: ServerProcess, complaints: Complaints, width: int, height: int
+    browser: Browser, server: Address, complaints: Complaints, width: int, height: int
 ) -> None:
     new: dict[str, Any] = {"viewport": {"width": width, "height": height}}
     context = browser.new_context(service_workers="block", **new)
@@ -53,7 +53,7 @@ def test_little_comes_before_the_first_drop_and_nothing_moves(
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])
 def test_no_drawer_covers_the_board_before_the_first_script(
-    browser: Browser, server: ServerProcess, width: int, height: int
+    browser: Browser, server: Address, width: int, height: int
 ) -> None:
     page = browser.new_page(viewport={"width": width, "height": height}, java_script_enabled=False)
     page.goto(server.url)
@@ -63,7 +63,7 @@ def test_no_drawer_covers_the_board_before_the_first_script(
 
 
 def test_nothing_moves_when_the_browser_paints_half_the_page(
-    browser: Browser, server: ServerProcess, complaints: Complaints
+    browser: Browser, server: Address, complaints: Complaints
 ) -> None:
     width, height = PHONE
     viewport: ViewportSize = {"width": width, "height": height}
@@ -84,7 +84,7 @@ def test_nothing_moves_when_the_browser_paints_half_the_page(
 @pytest.mark.parametrize(("path", "size"), PAGES)
 def test_no_page_moves_about_while_it_opens(
     browser: Browser,
-    server: ServerProcess,
+    server: Address,
     complaints: Complaints,
     path: str,
     size: tuple[int, int],

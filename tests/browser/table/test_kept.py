@@ -6,13 +6,13 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Quick, quick_table
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 GRANT = 1000
 
 
 @pytest.fixture
-def other(server: ServerProcess) -> Quick:
+def other(server: Address) -> Quick:
     """Another table, whose drops can be aimed."""
     return quick_table(server, "classic")
 

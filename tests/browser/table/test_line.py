@@ -7,7 +7,8 @@ from playwright.sync_api import expect
 from plinko.app.cli import main
 from tests.browser.conftest import Complaints, Open
 from tests.browser.screen import STATES
-from tests.kit.process import OPERATOR, ServerProcess
+from tests.kit.address import Address
+from tests.kit.process import OPERATOR
 from tests.kit.waiting import LIMIT
 
 
@@ -46,7 +47,7 @@ def test_a_drop_whose_acceptance_was_lost_is_kept(opened: Open) -> None:
 
 
 def test_a_halted_table_says_so_and_takes_no_drop(
-    opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
+    opened: Open, server: Address, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
     rooms = f"{server.url}/api/v1/rooms"
@@ -66,7 +67,7 @@ def test_a_halted_table_says_so_and_takes_no_drop(
 
 
 def test_an_announcement_is_shown_until_it_ends(
-    opened: Open, server: ServerProcess, monkeypatch: pytest.MonkeyPatch
+    opened: Open, server: Address, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLINKO_OPERATOR_TOKEN", OPERATOR)
     notice = opened("/").ready().page.locator("#notice")

@@ -17,7 +17,6 @@ window.requestAnimationFrame = (draw) => {
   waiting.push(draw);
   return 1e9 + waiting.length;
 };
-window.turn = ask;
 window.look = (how) => {
   seen = how;
   document.dispatchEvent(new Event("visibilitychange"));

@@ -9,9 +9,9 @@ import pytest
 from playwright.sync_api import expect
 
 from plinko.engine import drop
-from tests.browser.conftest import Open, Quick, quick_table
+from tests.browser.conftest import REAL_DISPLAY, Open, Quick, quick_table
 from tests.browser.screen import COUNT_FRAMES, HEAR
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 
 def distance_to_path(place: list[float], path: list[list[float]]) -> float:
@@ -33,7 +33,7 @@ def places_of(sampled: Any) -> list[list[float]]:
 
 @pytest.mark.parametrize("stream", ["seeds", "snapshots"])
 def test_a_seeded_ball_falls_as_predicted_into_the_predicted_bin(opened: Open, stream: str) -> None:
-    screen = opened(f"/?stream={stream}", before=HEAR).ready()
+    screen = opened(f"/?stream={stream}", before=HEAR + REAL_DISPLAY).ready()
     record = screen.api("drops/triangle-16/42")
     board = screen.api("boards/triangle-16")["board"]
     predicted = places_of(screen.api("drops/triangle-16/42/frames?fps=240"))
@@ -91,9 +91,7 @@ def test_amounts_rise_from_bins_and_results_stay_as_chips(opened: Open, quick: Q
     assert told == [f"{score:.2f}" for score in scores if score > 0.0], "payouts have no sign"
 
 
-def test_a_click_above_the_pegs_aims_where_an_aim_matters(
-    opened: Open, server: ServerProcess
-) -> None:
+def test_a_click_above_the_pegs_aims_where_an_aim_matters(opened: Open, server: Address) -> None:
     quick = quick_table(server, "classic")
     screen = opened(quick.page).ready()
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
@@ -106,11 +104,17 @@ def test_a_click_above_the_pegs_aims_where_an_aim_matters(
     assert f"aim={slots[2]!r}" in link, "the nearest slot"
 
 
-def test_a_click_above_the_pegs_drops_where_no_aim_matters(opened: Open, quick: Quick) -> None:
+def test_a_click_above_the_pegs_drops_and_one_among_them_does_not(
+    opened: Open, quick: Quick
+) -> None:
     screen = opened(quick.page).ready()
     canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
+    box = canvas.bounding_box()
+    assert box is not None
+    canvas.click(position={"x": box["width"] / 2, "y": box["height"] / 2})  # among the pegs
     canvas.click(position={"x": 200, "y": 20})
     expect(screen.rows).to_have_count(1)
+    assert len(screen.drops_sent) == 1, "the drop above the pegs, and no other"
     assert "aim=" not in (screen.rows.first.locator("a").get_attribute("href") or "")
     screen.drawer("Table")
     expect(screen.page.locator("#start")).to_be_hidden()
@@ -118,26 +122,7 @@ def test_a_click_above_the_pegs_drops_where_no_aim_matters(opened: Open, quick: 
     expect(screen.page.locator("#keys-aim")).to_be_hidden()
 
 
-def test_a_click_among_the_pegs_drops_nothing(opened: Open, quick: Quick) -> None:
-    screen = opened(quick.page).ready()
-    canvas = screen.page.get_by_role("img", name=re.compile("Plinko board"))
-    box = canvas.bounding_box()
-    assert box is not None
-    canvas.click(position={"x": box["width"] / 2, "y": box["height"] / 2})
-    screen.drop.click()
-    expect(screen.rows).to_have_count(1)
-    assert len(screen.drops_sent) == 1, "the button's drop, and no other"
-
-
-def test_classic_offers_nine_slots(opened: Open) -> None:
-    screen = opened().ready()
-    screen.page.get_by_label("Rows", exact=True).select_option("Classic")
-    screen.drawer("Table")
-    expect(screen.page.get_by_role("radio", name=re.compile("^Slot"))).to_have_count(9)
-    screen.ready()
-
-
-def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: ServerProcess) -> None:
+def test_the_ball_starts_in_the_chosen_slot(opened: Open, server: Address) -> None:
     quick = quick_table(server, "classic")
     screen = opened(quick.page).ready()
     slots = quick.whole.drop.slots
@@ -194,7 +179,7 @@ def test_everyone_at_a_table_sees_the_same_histogram(opened: Open, quick: Quick)
 
 
 def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> None:
-    screen = opened(quick.page, before=COUNT_FRAMES).ready().at_rest()
+    screen = opened(quick.page, before=REAL_DISPLAY + COUNT_FRAMES).ready().at_rest()
     before = screen.frames_asked()
     # During one fall a slow machine may draw too few frames.
     for count in range(1, 6):
@@ -205,7 +190,7 @@ def test_nothing_is_drawn_while_nothing_moves(opened: Open, quick: Quick) -> Non
             break
     assert screen.frames_asked() - before > 60, "the count is of what is drawn"
     # After the bin's light has faded, the page requests no frame for half a second.
-    screen.ready().at_rest(30)
+    screen.ready().at_rest()
 
 
 # Run before the page: each drop is answered with the error `rate-limited`.

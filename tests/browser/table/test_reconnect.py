@@ -1,33 +1,24 @@
 """When the server dies, the page says so, reconnects, and loses no accepted drop."""
 
 import signal
-from collections.abc import Iterator
 
-import pytest
 from playwright.sync_api import expect
 
 from plinko.engine import drop
-from tests.browser.conftest import Complaints, Open, browsed, quick_table
+from tests.browser.conftest import Complaints, Open, quick_table
 from tests.kit.process import ServerProcess
 
 # Errors about requests to a killed server: Chromium names each way in which they fail.
 GONE = r"WebSocket connection .* failed|net::ERR_\w+"
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
-    """A private server for these tests to kill."""
-    with browsed(tmp_path_factory.mktemp("server")) as running:
-        yield running
-
-
 def test_play_goes_on_after_the_server_is_killed_and_restarted(
-    opened: Open, server: ServerProcess, complaints: Complaints
+    opened: Open, mortal: ServerProcess, complaints: Complaints
 ) -> None:
-    quick = quick_table(server, "triangle-8")
-    screen = opened(quick.page).ready()
+    quick = quick_table(mortal, "triangle-8")
+    screen = opened(f"{mortal.url}{quick.page}").ready()
     screen.seed.fill("42")
-    server.end(signal.SIGKILL)
+    mortal.end(signal.SIGKILL)
     screen.state("reconnecting")
     expect(screen.page.locator("#state-text")).to_contain_text("Offline. Next try")
     screen.drop.click()
@@ -37,7 +28,7 @@ def test_play_goes_on_after_the_server_is_killed_and_restarted(
     screen.rows.get_by_role("button", name="Verify").click()
     expect(screen.rows).to_contain_text("Computed again in this page")
 
-    server.start()
+    mortal.start()
     screen.ready()
     expect(screen.result).to_have_text("Connected again.")
     expect(screen.seed).to_have_value("42")
@@ -51,15 +42,15 @@ def test_play_goes_on_after_the_server_is_killed_and_restarted(
 
 
 def test_a_ball_in_flight_is_paid_though_the_server_died(
-    opened: Open, server: ServerProcess, complaints: Complaints
+    opened: Open, mortal: ServerProcess, complaints: Complaints
 ) -> None:
-    screen = opened("/?room=triangle-8").ready()
+    screen = opened(f"{mortal.url}/?room=triangle-8").ready()
     screen.drop.click()
     screen.state("live")
-    server.end(signal.SIGKILL)
+    mortal.end(signal.SIGKILL)
     screen.state("reconnecting")
     expect(screen.rows).to_have_count(0)
-    server.start()
+    mortal.start()
     expect(screen.rows).to_have_count(1)
     record = screen.last_dropped()
     screen.landed(record["bin"])

@@ -7,7 +7,9 @@ from tests.browser.conftest import Open, Quick
 BAD = ["-1", "18446744073709551616", "abc", "1.5", "1e3", "0x10", "NaN", "9" * 400, "１２"]
 
 
-def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, quick: Quick) -> None:
+def test_a_bad_seed_is_named_and_a_good_one_is_practice_until_it_is_ended(
+    opened: Open, quick: Quick
+) -> None:
     screen = opened(quick.page).ready()
     note = screen.page.get_by_role("alert")
     for text in BAD:
@@ -22,9 +24,15 @@ def test_a_bad_seed_is_named_and_nothing_is_sent(opened: Open, quick: Quick) -> 
 
     screen.seed.fill("42")
     expect(note).to_have_count(0)
+    expect(screen.drop).to_contain_text("Practice")
+    stake = screen.page.locator("#stake")
+    expect(stake).to_be_hidden()
     screen.drop.click()
     expect(screen.rows).to_have_count(1)
     assert [message["seed"] for message in screen.drops_sent] == ["42"]
+    screen.page.get_by_role("button", name="Play for credits").click()
+    expect(screen.drop).to_contain_text("Drop")
+    expect(stake).to_be_visible()
 
 
 def test_a_ball_of_the_list_falls_once_more_as_practice(opened: Open, quick: Quick) -> None:

@@ -8,7 +8,7 @@ from playwright.sync_api import Page, ViewportSize, expect
 from plinko.engine import Board
 from tests.browser.conftest import Open, Quick, quick_table
 from tests.browser.looks import context_for
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 
 
 def swipe(page: Page, start: int, end: int, x: int = 180) -> None:
@@ -31,7 +31,7 @@ def curve(page: Page) -> list[float]:
     return [float(point.split(",")[1]) for point in points.split()]
 
 
-def test_profit_is_drawn_around_a_zero_in_the_middle(opened: Open, server: ServerProcess) -> None:
+def test_profit_is_drawn_around_a_zero_in_the_middle(opened: Open, server: Address) -> None:
     screen = opened(quick_table(server, "triangle-8", pays=0.5).page).ready()
     assert set(curve(screen.page)) == {32}, "a flat curve lies on zero"
     for count in (1, 2):
@@ -55,16 +55,12 @@ def test_profit_is_drawn_around_a_zero_in_the_middle(opened: Open, server: Serve
     expect(net).to_have_text("−1.00")
 
 
-def test_the_page_s_heading_reads_plinko(opened: Open) -> None:
-    page = opened("/").ready().page
+def test_the_main_table_has_the_game_s_name_and_an_invitation(opened: Open) -> None:
+    screen = opened("/").ready()
+    page = screen.page
     expect(page.get_by_role("heading", level=1, name="Plinko", exact=True)).to_have_count(1)
-
-
-def test_wins_are_drawn_above_zero(opened: Open, server: ServerProcess) -> None:
-    screen = opened(quick_table(server, "triangle-8", pays=2.0).page).ready()
-    screen.drop.click()
-    expect(screen.page.locator("#net")).to_have_attribute("data-sign", "1")
-    assert curve(screen.page)[1] < 32
+    page.get_by_role("button", name="Invite").click()
+    expect(page.locator("#invite-link")).to_have_value(f"{screen.url}/?room=main")
 
 
 def test_a_phone_shows_the_profit_after_one_swipe(opened: Open) -> None:
@@ -77,10 +73,13 @@ def test_a_phone_shows_the_profit_after_one_swipe(opened: Open) -> None:
     expect(profit).to_be_hidden()
 
 
-def test_a_dozen_drops_stay_in_sight_and_lead_to_their_replays(opened: Open, quick: Quick) -> None:
+def test_a_shower_is_one_sentence_and_a_dozen_links_to_replays(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page).ready()
     screen.page.get_by_role("radio", name="20 balls").check()
     screen.drop.click()
+    said = re.compile(r"^20 balls: staked 20\.00, won [\d.]+ \([+−]?[\d.]+\)$")
+    expect(screen.result).to_contain_text(said)
+    expect(screen.page.locator("#staked")).to_have_text("20.00")
     expect(screen.rows).to_have_count(20)
     chips = screen.page.locator("#last a")
     expect(chips).to_have_count(12)
@@ -143,7 +142,7 @@ def test_over_a_bin_are_its_chance_and_its_payout_for_the_stake(opened: Open) ->
         expect(listed.nth(bin_)).to_have_text(f"{pays:g}x pays {2.5 * pays:.2f}{words}")
 
 
-def test_a_great_win_is_saved_as_a_video_in_one_tap(opened: Open, server: ServerProcess) -> None:
+def test_a_great_win_is_saved_as_a_video_in_one_tap(opened: Open, server: Address) -> None:
     screen = opened(quick_table(server, "triangle-8", pays=150.0).page).ready()
     screen.drop.click()
     with screen.page.expect_download() as saved:
@@ -154,8 +153,8 @@ def test_a_great_win_is_saved_as_a_video_in_one_tap(opened: Open, server: Server
     expect(screen.page.locator("#card")).to_be_hidden()
 
 
-def test_the_best_drop_of_the_day_is_shown_with_its_replay(
-    opened: Open, server: ServerProcess
+def test_a_win_is_above_zero_and_the_best_of_the_day_has_its_replay(
+    opened: Open, server: Address
 ) -> None:
     quick = quick_table(server, "triangle-8", pays=12.0)
     wide: ViewportSize = {"width": 1280, "height": 800}
@@ -163,6 +162,8 @@ def test_the_best_drop_of_the_day_is_shown_with_its_replay(
     expect(player.page.locator("#best-key")).to_be_hidden()
     player.drop.click()
     expect(player.page.locator("#best-key")).to_have_text("Best today: 12x, 12.00")
+    expect(player.page.locator("#net")).to_have_attribute("data-sign", "1")
+    assert curve(player.page)[1] < 32, "a win is drawn above zero"
     other = opened(quick.page, viewport=wide).ready()
     other.page.mouse.move(400, 300)
     expect(other.page.locator("#best-key")).to_have_text("Best today: 12x, 12.00")

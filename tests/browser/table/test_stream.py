@@ -9,11 +9,11 @@ from PIL import Image
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open
-from tests.kit.process import ServerProcess
+from tests.kit.address import Address
 from tests.kit.waiting import LIMIT
 
 
-def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: ServerProcess) -> None:
+def test_an_image_tag_shows_a_room_as_it_moves(opened: Open, server: Address) -> None:
     screen = opened().ready()
     page = screen.page
     rooms = f"{server.url}/api/v1/rooms"
