@@ -517,6 +517,7 @@ def test_light_or_dark_as_the_player_says_on_every_page(opened: Open, quick: Qui
 
 def test_ghost_trails_stay_and_can_be_turned_off(opened: Open, quick: Quick) -> None:
     screen = opened(quick.page, before=COUNT_FRAMES).ready()
+    screen.page.get_by_role("button", name="Pile", exact=True).click()  # discs would move for long
     ghost = screen.page.locator("#board-ghost")
     assert painted(screen, "board-ghost") == 0
     screen.drop.click()
