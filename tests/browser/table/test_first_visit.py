@@ -1,12 +1,14 @@
 """A first visit: few bytes before the first drop, and no shifts of the layout."""
 
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Browser, ViewportSize, expect
+from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect
 
 from tests.browser.conftest import NO_DEMO, Complaints
 from tests.kit.address import Address
+
+Visit = Callable[..., Page]
 
 DESK, PHONE = (1280, 800), (390, 844)
 PAGES = [
@@ -31,24 +33,43 @@ FETCHED = """
 """
 
 
-@pytest.mark.parametrize(("width", "height"), SCREENS)
+@pytest.fixture
+def visit(browser: Browser, server: Address, complaints: Complaints) -> Iterator[Visit]:
+    """Opens a page of this size in a fresh profile."""
+    contexts: list[BrowserContext] = []
+
+    def opened(path: str, size: tuple[int, int], slower: int = 1) -> Page:
+        viewport: ViewportSize = {"width": size[0], "height": size[1]}
+        contexts.append(browser.new_context(service_workers="block", viewport=viewport))
+        contexts[-1].add_init_script(NO_DEMO)
+        contexts[-1].add_init_script(WATCH)
+        page = contexts[-1].new_page()
+        complaints.watch(page)
+        session = contexts[-1].new_cdp_session(page)
+        session.send("Emulation.setCPUThrottlingRate", {"rate": slower})
+        page.goto(f"{server.url}/{path}")
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+
+
+def check_still(page: Page) -> None:
+    assert page.evaluate("shifted") <= 0.02
+
+
+@pytest.mark.parametrize("size", SCREENS)
 def test_little_comes_before_the_first_drop_and_nothing_moves(
-    browser: Browser, server: Address, complaints: Complaints, width: int, height: int
+    visit: Visit, size: tuple[int, int]
 ) -> None:
-    new: dict[str, Any] = {"viewport": {"width": width, "height": height}}
-    context = browser.new_context(service_workers="block", **new)
-    context.add_init_script(NO_DEMO)
-    context.add_init_script(WATCH)
-    page = context.new_page()
-    complaints.watch(page)
-    page.goto(server.url)
+    page = visit("", size)
     expect(page.locator("#drop")).to_be_enabled()
     page.wait_for_load_state("networkidle")
-    sizes, shifted = page.evaluate(FETCHED), page.evaluate("shifted")
-    context.close()
+    sizes = page.evaluate(FETCHED)
+    check_still(page)
     assert len(sizes) > 3, "the browser counts what it fetches"
     assert 50_000 < sum(sizes) <= 110_000
-    assert shifted <= 0.02
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])
@@ -62,42 +83,15 @@ def test_no_drawer_covers_the_board_before_the_first_script(
     page.close()
 
 
-def test_nothing_moves_when_the_browser_paints_half_the_page(
-    browser: Browser, server: Address, complaints: Complaints
-) -> None:
-    width, height = PHONE
-    viewport: ViewportSize = {"width": width, "height": height}
+def test_nothing_moves_when_the_browser_paints_half_the_page(visit: Visit) -> None:
     for _ in range(2):
-        context = browser.new_context(service_workers="block", viewport=viewport)
-        context.add_init_script(NO_DEMO)
-        context.add_init_script(WATCH)
-        page = context.new_page()
-        complaints.watch(page)
-        context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": 8})
-        page.goto(server.url)
+        page = visit("", PHONE, slower=8)
         expect(page.locator("#drop")).to_be_enabled()
-        shifted = page.evaluate("shifted")
-        context.close()
-        assert shifted <= 0.02
+        check_still(page)
 
 
 @pytest.mark.parametrize(("path", "size"), PAGES)
-def test_no_page_moves_about_while_it_opens(
-    browser: Browser,
-    server: Address,
-    complaints: Complaints,
-    path: str,
-    size: tuple[int, int],
-) -> None:
-    width, height = size
-    viewport: ViewportSize = {"width": width, "height": height}
-    context = browser.new_context(service_workers="block", viewport=viewport)
-    context.add_init_script(NO_DEMO)
-    context.add_init_script(WATCH)
-    page = context.new_page()
-    complaints.watch(page)
-    page.goto(f"{server.url}/{path}")
+def test_no_page_moves_about_while_it_opens(visit: Visit, path: str, size: tuple[int, int]) -> None:
+    page = visit(path, size)
     page.wait_for_load_state("networkidle")
-    shifted = page.evaluate("shifted")
-    context.close()
-    assert shifted <= 0.02
+    check_still(page)
