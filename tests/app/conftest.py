@@ -26,6 +26,9 @@ TINY = {
     "drop": {"x": 0.0, "y": 0.0, "jitter": 0.5},
 }
 
+# Balls land within two ticks, for tests that need results and no flight.
+QUICK = {**TINY, "name": "quick", "gravity": 4000.0}
+
 
 @pytest.fixture(scope="session", autouse=True)
 def what_starts_read() -> None:

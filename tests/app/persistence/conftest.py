@@ -19,6 +19,16 @@ KILLS = int(os.environ.get("PLINKO_TEST_KILLS", "50"))
 # Kinds of database; see the fixture `url`.
 SQLITE = pytest.param("sqlite", id="sqlite")
 POSTGRESQL = pytest.param("postgresql", id="postgresql", marks=pytest.mark.postgresql)
+LATER = pytest.param(
+    "postgresql",
+    id="postgresql",
+    marks=[pytest.mark.postgresql, pytest.mark.long("what PostgreSQL does here, others show")],
+)
+"""PostgreSQL where a neighbouring test runs the same statements on it in every run."""
+
+on_sqlite = pytest.mark.parametrize("url", [SQLITE], indirect=True)
+"""For tests that do not depend on the kind of database."""
+on_sqlite_first = pytest.mark.parametrize("url", [SQLITE, LATER], indirect=True)
 
 
 @pytest.fixture(params=[SQLITE, POSTGRESQL])

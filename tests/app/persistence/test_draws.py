@@ -15,12 +15,13 @@ from plinko.app.rooms.draw import Draw
 from plinko.app.rooms.kinds import DRAW
 from plinko.app.rooms.records import StoredBasis
 from plinko.engine import PHYSICS_VERSION, Board, find_draw
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.app.live.sessions.test_fair_sessions import begun, checked
+from tests.app.persistence.conftest import on_sqlite, on_sqlite_first
 from tests.app.persistence.crash.life import living, look
 from tests.kit.serving import constants, serving
 
-BOARD = Board.from_json(TINY)
+BOARD = Board.from_json(QUICK)
 PREPARED = find_draw(BOARD, [2, 1], per_bin=3)
 OVER = Draw.of(BOARD, **PREPARED)
 
@@ -34,11 +35,12 @@ def dropped(http: httpx.Client, room: str, session: str, shown: dict[str, str]) 
     return landed
 
 
+@on_sqlite_first
 def test_a_session_of_a_draw_goes_on_after_a_restart(url: str, tmp_path: Path) -> None:
     settings: dict[str, Any] = {"database_url": url, "data": str(tmp_path)}
     taken_by_1_0 = {"plinko.app.rooms.independent.DrawRoom.takes_stakes": True}
     with constants(**taken_by_1_0), serving(**settings) as server, server.client() as http:
-        body = {"board": TINY, "mode": "draw", "draw": PREPARED}
+        body = {"board": QUICK, "mode": "draw", "draw": PREPARED}
         room = http.post("/api/v1/rooms", json=body).json()
         session, shown = begun(http, room["id"])
         before = [dropped(http, room["id"], session["session"], shown) for _ in range(2)]
@@ -60,7 +62,7 @@ def test_a_session_of_a_draw_goes_on_after_a_restart(url: str, tmp_path: Path) -
     database.close()
 
 
-@pytest.mark.parametrize("url", ["sqlite"], indirect=True)
+@on_sqlite
 async def test_a_draw_of_another_physics_ends(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its seeds may land in other bins now, so the room ends."""
     monkeypatch.setattr(room_runs, "PHYSICS_VERSION", PHYSICS_VERSION - 1)
@@ -75,7 +77,7 @@ async def test_a_draw_of_another_physics_ends(url: str, monkeypatch: pytest.Monk
     assert look(url, store.open_room, room.id) is None
 
 
-@pytest.mark.parametrize("url", ["sqlite"], indirect=True)
+@on_sqlite
 async def test_a_damaged_draw_is_named(url: str) -> None:
     async with living(url) as life:
         room = await life.rooms.create(OVER, DRAW)

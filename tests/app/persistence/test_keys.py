@@ -16,7 +16,7 @@ from plinko.app.errors import AppError, LeaseLostError
 from plinko.app.persistence.statements import store
 from plinko.app.rooms.keys import Caller as KeyCaller
 from plinko.app.rooms.keys import KeyUse, key_of
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK, TINY
 from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
 from tests.app.persistence.crash.life import BOARD, living, look
 from tests.app.web.test_stories import story
@@ -355,10 +355,9 @@ def test_a_closed_room_is_not_opened_again_by_its_key(server: Running) -> None:
 
 
 def test_a_queued_item_that_has_been_dropped_is_not_queued_again(url: str) -> None:
-    quick = {**TINY, "gravity": 4000.0}  # its balls land in two ticks
     form = {"n": 2, "every": 0.02, "name": "Ada"}
     with serving(database_url=url, **SETTINGS) as server:
-        opened = post(server, "/rooms", {"board": quick}).json()
+        opened = post(server, "/rooms", {"board": QUICK}).json()
         path, own = f"/rooms/{opened['id']}", bearer(opened)
         post(server, f"{path}/queue", form, idempotency_key="gift", **own).raise_for_status()
         live = server.services.rooms.find(opened["id"])

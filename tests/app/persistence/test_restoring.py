@@ -1,6 +1,6 @@
 """A restored backup: a start refuses it, `plinko ledger restore` ends what is unfair, play goes on.
 
-Each test runs on both databases. A player has seen drops that the backup lacks, and has seen the
+A player has seen drops that the backup lacks, and has seen the
 secret of a session that is still open in the backup.
 """
 
@@ -30,8 +30,14 @@ from plinko.app.fairness.signing import is_signed
 from plinko.app.main import create_app, open_ledger
 from plinko.app.settings import Settings, page_kernels
 from plinko.engine import merkle
-from tests.app.conftest import TINY
-from tests.app.persistence.conftest import POSTGRESQL, SQLITE, new_database
+from tests.app.conftest import QUICK
+from tests.app.persistence.conftest import (
+    POSTGRESQL,
+    SQLITE,
+    new_database,
+    on_sqlite,
+    on_sqlite_first,
+)
 from tests.kit.player import playing
 from tests.kit.serving import Running, serving
 
@@ -72,7 +78,7 @@ class Visit:
         return found
 
     def room(self) -> tuple[str, dict[str, str]]:
-        made = self.post("/rooms", {"board": TINY})
+        made = self.post("/rooms", {"board": QUICK})
         return made["id"], {"authorization": f"Bearer {made['token']}"}
 
     def session(self, room: str) -> Session:
@@ -337,11 +343,10 @@ def test_after_a_disaster_play_goes_on_from_the_backup_of_a_running_server(
     assert house.ledger("check") == 0
 
 
+@on_sqlite
 def test_a_backup_overwrites_nothing_and_says_which_secrets_it_lacks(
     house: House, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    if house.file is None:
-        pytest.skip("pg_dump makes the backup")
     with house.open() as visit:
         visit.room()
     copy = house.folder / "copy.db"
@@ -358,6 +363,7 @@ def test_a_backup_overwrites_nothing_and_says_which_secrets_it_lacks(
     assert not (house.folder / "x.db").exists()
 
 
+@on_sqlite_first
 def test_keys_of_requests_from_before_a_restore_find_nothing(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -369,6 +375,7 @@ def test_keys_of_requests_from_before_a_restore_find_nothing(house: House) -> No
         assert balls == [1, 1]
 
 
+@on_sqlite_first
 def test_a_restore_after_a_restore_names_the_log_that_was_lost(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -397,6 +404,7 @@ def test_a_restore_after_a_restore_names_the_log_that_was_lost(house: House) -> 
             assert failures(visit.export(each)) == set()
 
 
+@on_sqlite_first
 def test_a_server_restores_by_its_own_flag_only_what_it_would_refuse(house: House) -> None:
     settings = Settings(database_url=house.url, data=str(house.folder))
     with house.open() as visit:
@@ -412,11 +420,10 @@ def test_a_server_restores_by_its_own_flag_only_what_it_would_refuse(house: Hous
         assert len(visit.log()["restores"]) == 1
 
 
+@on_sqlite
 def test_a_copy_is_checked_without_being_touched(
     house: House, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    if house.file is None:
-        pytest.skip("a dump is no ledger")
     with house.open() as visit:
         room, _ = visit.room()
         visit.drop(visit.session(room))
@@ -432,6 +439,7 @@ def test_a_copy_is_checked_without_being_touched(
     assert not (tmp_path / "copy" / "plinko.db-epoch").exists()
 
 
+@on_sqlite_first
 async def test_a_page_that_joins_again_reads_that_its_session_is_void(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -448,6 +456,7 @@ async def test_a_page_that_joins_again_reads_that_its_session_is_void(house: Hou
 # Keys.
 
 
+@on_sqlite_first
 def test_a_lost_or_changed_key_refuses_the_start_until_it_is_back(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -523,6 +532,7 @@ def forged_keys(export: dict[str, Any]) -> Iterator[dict[str, Any]]:
         yield forged
 
 
+@on_sqlite_first
 def test_a_key_that_is_lost_for_ever_is_replaced_in_the_open(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -540,6 +550,7 @@ def test_a_key_that_is_lost_for_ever_is_replaced_in_the_open(house: House) -> No
         assert failures(export, old) == {"key"}, "only the new key says that it follows the old one"
 
 
+@on_sqlite_first
 def test_a_change_of_the_key_survives_its_end_at_any_step(
     house: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -567,6 +578,7 @@ def test_a_change_of_the_key_survives_its_end_at_any_step(
     assert keys[0] == keys[1] == keys[2] != keys[3]
 
 
+@on_sqlite_first
 def test_a_lost_secret_of_tokens_is_told_at_the_start(
     house: House, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -593,6 +605,7 @@ def test_a_lost_secret_of_tokens_is_told_at_the_start(
     assert "the secret of tokens" not in caplog.text
 
 
+@on_sqlite_first
 def test_the_former_log_is_the_one_that_the_statement_names(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()

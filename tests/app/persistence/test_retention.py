@@ -13,6 +13,7 @@ from plinko.app.errors import SettingError
 from plinko.app.live.retention import Retention
 from plinko.app.persistence.statements import tables
 from plinko.app.settings import Settings
+from tests.app.persistence.conftest import on_sqlite_first
 from tests.app.persistence.crash.life import look
 from tests.app.persistence.test_restoring import House, Session, Visit, failures, independently
 from tests.kit.serving import serving
@@ -96,6 +97,7 @@ def test_the_drops_of_an_open_session_stay_until_it_ends(house: House) -> None:
     assert house.ledger("check") == 0
 
 
+@on_sqlite_first
 def test_the_log_still_proves_receipts_when_earlier_ones_are_gone(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -116,6 +118,7 @@ def test_the_log_still_proves_receipts_when_earlier_ones_are_gone(house: House) 
         assert proof["consistency"]
 
 
+@on_sqlite_first
 def test_a_session_that_nobody_uses_any_more_ends_and_goes(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
@@ -144,6 +147,7 @@ def test_a_closed_room_goes_with_all_that_it_had(house: House) -> None:
     assert look(house.url, lambda connection: connection.scalar(shows)) == 0
 
 
+@on_sqlite_first
 def test_prune_of_a_stopped_server_deletes_the_same(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()

@@ -20,7 +20,7 @@ from sqlalchemy import select
 from plinko.app.fairness.signing import is_signed
 from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE
 from plinko.app.persistence.statements import store, tables
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.app.persistence.crash.life import look
 from tests.app.persistence.ledger.swallowing import (
     LineSwallower,
@@ -121,7 +121,7 @@ class Attack:
         return reply
 
     def room(self) -> tuple[str, dict[str, str]]:
-        made = self.http.post("/rooms", json={"board": TINY}).raise_for_status().json()
+        made = self.http.post("/rooms", json={"board": QUICK}).raise_for_status().json()
         return made["id"], {"authorization": f"Bearer {made['token']}"}
 
     def rooms(self) -> set[str]:
@@ -188,7 +188,7 @@ def end(attack: Attack) -> None:
 
 def create(attack: Attack) -> None:
     before = attack.rooms()
-    made = attack.swallowed("POST", "/rooms", json={"board": TINY})
+    made = attack.swallowed("POST", "/rooms", json={"board": QUICK})
     assert attack.rooms() - before == {made.json()["id"]}, "one room was made"
     own = {"authorization": f"Bearer {made.json()['token']}"}
     attack.http.delete(f"/rooms/{made.json()['id']}", headers=own).raise_for_status()

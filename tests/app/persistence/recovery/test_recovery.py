@@ -22,6 +22,7 @@ from plinko.app.rooms.log import verify_log
 from plinko.app.rooms.records import DropRow, ResultRow
 from plinko.app.rooms.stakes import payout_of
 from plinko.engine import PHYSICS_VERSION, Board, drop
+from tests.app.persistence.conftest import on_sqlite
 from tests.app.persistence.crash.life import (
     BOARD,
     CLOCK,
@@ -37,9 +38,6 @@ from tests.kit.serving import serving
 from tests.kit.waiting import eventually, until
 
 OTHER = Board.preset("triangle-9")
-
-on_sqlite = pytest.mark.parametrize("url", ["sqlite"], indirect=True)
-"""For tests that do not depend on the kind of database."""
 
 
 async def busy(life: Life, live: LiveRoom, seeds: range, ticks: int = 20) -> None:
