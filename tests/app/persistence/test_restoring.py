@@ -8,7 +8,6 @@ import contextlib
 import hashlib
 import io
 import json
-import os
 import runpy
 import shutil
 import subprocess
@@ -364,15 +363,28 @@ def test_a_backup_overwrites_nothing_and_says_which_secrets_it_lacks(
 
 
 @on_sqlite_first
-def test_keys_of_requests_from_before_a_restore_find_nothing(house: House) -> None:
+async def test_a_restore_without_a_backup_continues_no_key_session_or_log(house: House) -> None:
     with house.open() as visit:
         room, _ = visit.room()
-        balls = [visit.post(f"/rooms/{room}/drops?wait=1", headers=KEYED)["ball"] for _ in range(2)]
-        assert balls == [0, 0]
+        keyed = f"/rooms/{room}/drops?wait=1"
+        assert [visit.post(keyed, headers=KEYED)["ball"] for _ in range(2)] == [0, 0]
+        session = visit.session(room)
+        for _ in range(3):
+            visit.drop(session)
+        former = visit.log()["head"]["statement"]["root"]
     assert house.ledger("restore") == 0, "also with the ledger that the server left"
     with house.open() as visit:
-        balls = [visit.post(f"/rooms/{room}/drops?wait=1", headers=KEYED)["ball"] for _ in range(2)]
-        assert balls == [1, 1]
+        assert [visit.post(keyed, headers=KEYED)["ball"] for _ in range(2)] == [4, 4]
+        known = visit.log()
+        (signed,) = known["restores"]
+        assert signed["statement"]["root"] == former
+        assert known["head"]["statement"]["root"] == merkle.root(0, lambda *_: b"").hex()
+        assert visit.export(session)["head"]["statement"]["root"] == former
+        token = session.shown["authorization"].removeprefix("Bearer ")
+        async with playing(visit.server.socket(room)) as player:  # a page that joins again
+            await player.send(type="session", session=session.id, token=token, ref="s")
+            state = await player.until("session")
+            assert (state["ended"], state["void"], state["drops"]) == (True, True, 3)
 
 
 @on_sqlite_first
@@ -437,20 +449,6 @@ def test_a_copy_is_checked_without_being_touched(
     assert copy.ledger("prune", "--keep-days", "1") == 2
     assert "is missing: it was restored, copied or moved" in capsys.readouterr().err
     assert not (tmp_path / "copy" / "plinko.db-epoch").exists()
-
-
-@on_sqlite_first
-async def test_a_page_that_joins_again_reads_that_its_session_is_void(house: House) -> None:
-    with house.open() as visit:
-        room, _ = visit.room()
-        session = visit.session(room)
-    assert house.ledger("restore") == 0
-    with house.open() as visit:
-        token = session.shown["authorization"].removeprefix("Bearer ")
-        async with playing(visit.server.socket(room)) as player:
-            await player.send(type="session", session=session.id, token=token, ref="s")
-            state = await player.until("session")
-            assert (state["ended"], state["void"], state["drops"]) == (True, True, 0)
 
 
 # Keys.
@@ -603,24 +601,3 @@ def test_a_lost_secret_of_tokens_is_told_at_the_start(
     with house.open() as visit:
         assert visit.http.post(f"/rooms/{room}/reset", headers=owner).is_success
     assert "the secret of tokens" not in caplog.text
-
-
-@on_sqlite_first
-def test_the_former_log_is_the_one_that_the_statement_names(house: House) -> None:
-    with house.open() as visit:
-        room, _ = visit.room()
-        session = visit.session(room)
-        for _ in range(3):
-            visit.drop(session)
-        head = visit.log()["head"]["statement"]
-    assert house.ledger("restore") == 0
-    with house.open() as visit:
-        (signed,) = visit.log()["restores"]
-        assert signed["statement"]["root"] == head["root"]
-        assert (
-            visit.log()["head"]["statement"]["root"]
-            == merkle.root(0, lambda level, number: b"").hex()
-        )
-        export = visit.export(session)
-        assert export["head"]["statement"]["root"] == head["root"]
-        assert os.listdir(house.folder), "the server's files are there"
