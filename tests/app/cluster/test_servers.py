@@ -28,9 +28,9 @@ BOARD = "triangle-8"
 pytestmark = pytest.mark.postgresql
 
 
-def new_room(at: ServerProcess) -> str:
+def new_room(at: ServerProcess, board: Any = BOARD) -> str:
     """Create a private room at this server."""
-    answer = httpx.post(f"{at.url}/api/v1/rooms", json={"board": BOARD}, timeout=LIMIT)
+    answer = httpx.post(f"{at.url}/api/v1/rooms", json={"board": board}, timeout=LIMIT)
     room: str = answer.raise_for_status().json()["id"]
     return room
 
@@ -53,9 +53,9 @@ def move(room: str, to: ServerProcess, ask: ServerProcess) -> httpx.Response:
     )
 
 
-def same_as_alone(landed: dict[str, Any], seed: int) -> bool:
+def same_as_alone(landed: dict[str, Any], seed: int, board: Any = BOARD) -> bool:
     """Whether a ball landed as the engine alone computes it."""
-    alone = drop(Board.preset(BOARD), seed)
+    alone = drop(Board.preset(board) if board == BOARD else Board.from_json(board), seed)
     return (landed["digest"], landed["bin"]) == (alone.digest, alone.bin)
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from plinko.engine import Board, drop
 from tests.app.cluster.servers import Servers, member
-from tests.app.cluster.test_servers import BOARD, drop_at, move, new_room
+from tests.app.cluster.test_servers import drop_at, move, new_room
+from tests.app.conftest import QUICK
 from tests.app.relay.relays import relaying
 from tests.kit.player import playing
 from tests.kit.postgres import PostgreSQL
@@ -16,7 +17,7 @@ from tests.kit.redis import MISSING, PROGRAM, Redis
 
 def as_alone(landed: dict[str, Any], seed: int) -> bool:
     """Whether a ball landed as the engine alone computes it."""
-    digest: str = drop(Board.preset(BOARD), seed).digest
+    digest: str = drop(Board.from_json(QUICK), seed).digest
     return digest.startswith(landed["digest"])
 
 
@@ -30,7 +31,7 @@ async def test_a_room_is_followed_between_servers_even_after_a_kill(
         first, second = member("relayed1", *relays), member("relayed2", *relays)
         both = Servers(postgresql.new_database(), (first, second))
         with both, relaying(redis, first.url) as relay:
-            room = new_room(second)
+            room = new_room(second, QUICK)
             async with playing(relay.socket(room)) as far:
                 drop_at(second, room, 42)
                 assert as_alone(await far.until("landed"), 42)
