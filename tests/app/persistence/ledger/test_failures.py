@@ -17,7 +17,7 @@ import sqlalchemy as sa
 
 from plinko.app.persistence.ledger.writer import COMMIT_PATIENCE
 from plinko.app.rooms.log import verify_log
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK, TINY
 from tests.kit.player import playing
 from tests.kit.postgres import PostgreSQL
 from tests.kit.serving import Running, serving
@@ -178,6 +178,8 @@ def test_a_late_commit_is_undecided_until_then_and_true_after(
         serving(database_url=url, patience=COMMIT_PATIENCE) as server,
         server.client("/api/v1") as http,
     ):
+        made = http.post("/rooms", json={"board": QUICK}).raise_for_status()
+        room = made.json()["id"]
         ledger = server.services.ledger
         batch, patience = ledger.database.batch, ledger.patience  # `batch` is for writes only
         told = threading.Event()
@@ -192,23 +194,23 @@ def test_a_late_commit_is_undecided_until_then_and_true_after(
             assert not drops or told.wait(LIMIT)
 
         ledger.database.batch = slow  # type: ignore[method-assign]
-        undecided = http.post(f"/rooms/{ROOM}/drops", json={"seed": 1})
+        undecided = http.post(f"/rooms/{room}/drops", json={"seed": 1})
         assert (undecided.status_code, undecided.json()["code"]) == (503, "undecided")
         assert int(undecided.headers["retry-after"]) >= 1
-        refused = http.post(f"/rooms/{ROOM}/drops", json={"seed": 7})
+        refused = http.post(f"/rooms/{room}/drops", json={"seed": 7})
         assert (refused.status_code, refused.json()["code"]) == (503, "ledger-unavailable")
         ledger.database.batch = batch  # type: ignore[method-assign]
         ledger.patience = patience
         told.set()
-        again = f"/rooms/{ROOM}/drops?wait=1"
+        again = f"/rooms/{room}/drops?wait=1"
         until(lambda: http.post(again, json={"seed": 2}).status_code == 200)
-        log = http.get(f"/rooms/{ROOM}/log").json()
+        log = http.get(f"/rooms/{room}/log").json()
     assert [each["seed"] for each in log["drops"]] == ["1", "2"]
     with (
         serving(database_url=url) as server,
         server.client() as http,
     ):
-        stats = http.get(f"/api/v1/rooms/{ROOM}").json()["stats"]
+        stats = http.get(f"/api/v1/rooms/{room}").json()["stats"]
     assert (stats["drops"], sum(stats["histogram"])) == (2, 2)
 
 
