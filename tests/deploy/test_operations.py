@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from plinko.app.cli import EXIT_BAD_INPUT, main, plinko
 from plinko.app.listening import SHUTDOWN_SECONDS
 from plinko.app.settings import Settings, not_settings
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.deploy.proxies import DEPLOY
 from tests.kit.serving import Running, serving
 from tests.kit.waiting import LIMIT
@@ -97,7 +97,7 @@ def test_a_documented_backup_restores_rooms_tokens_and_keys(tmp_path: Path) -> N
     (install,), (unpack,) = commands("install"), commands("tar --extract")
     ledger = {"data": str(home), "database_url": ""}
     with serving(**ledger) as server:
-        made = at(server, "/rooms", method="POST", json={"board": TINY}).json()
+        made = at(server, "/rooms", method="POST", json={"board": QUICK}).json()
         shown = {"authorization": f"Bearer {made['token']}"}
         room = f"/rooms/{made['id']}"
         landed = at(server, f"{room}/drops?wait=1", method="POST", json={"seed": "1"}).json()

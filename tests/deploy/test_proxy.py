@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.conftest import TINY
+from tests.app.conftest import QUICK
 from tests.deploy.proxies import DEPLOY, NAME, PROXIES, before, program
 from tests.kit.player import playing
 from tests.kit.serving import serving
@@ -135,7 +135,7 @@ async def test_a_page_plays_over_the_proxy_whatever_its_port(
         async with httpx.AsyncClient(base_url=address, headers=here, timeout=LIMIT) as http:
             shown = await http.get("/replay.html?board=triangle-8&seed=1")
             assert f'content="{site}/replay.html?board=triangle-8' in shown.text
-            made = await http.post("/api/v1/rooms", json={"board": TINY})
+            made = await http.post("/api/v1/rooms", json={"board": QUICK})
             assert made.status_code == 201, made.text
         room = f"ws://{NAME}:{port}/ws/rooms/{made.json()['id']}"
         async with playing(room, host="127.0.0.1", port=port, origin=site) as player:
