@@ -108,9 +108,12 @@ export class Game extends Store {
     });
     let there = true; // the connection
     this.on("room", () => {
-      const { state } = this.room;
+      const { hello, state } = this.room;
       const lost = LOST.includes(state);
-      if (lost && there) this.stop("refused");
+      if (lost && there) {
+        if (this.busy && !hello) this.#sayRefused(); // pressed while the page was connecting
+        this.stop("refused");
+      }
       there = !lost;
     });
     window.addEventListener("storage", () => this.tell("account", null)); // panels then read the wallet
@@ -306,7 +309,7 @@ export class Game extends Store {
         }
         const ref = this.room.drop({ seed: next, aim, stake: due });
         if (ref === null) {
-          this.say(t(this.room.state === "full" ? "play.full" : "play.no-line"), { urgent: true });
+          this.#sayRefused();
           return "refused";
         }
         if (next !== null) next = seedAfter(next);
@@ -314,6 +317,10 @@ export class Game extends Store {
         return { ref, stake: due };
       },
     };
+  }
+
+  #sayRefused() {
+    this.say(t(this.room.state === "full" ? "play.full" : "play.no-line"), { urgent: true });
   }
 
   #pump() {

@@ -136,8 +136,9 @@ export class Room {
     return this.fair.failed ? "unsealed" : null;
   }
 
-  /** Whether the room takes one more ball now: it has space for it, and its last one was sent long enough ago. */
+  /** Whether the room takes one more ball now: it is entered, has space for it, and got its last one long enough ago. */
   get hasRoom() {
+    if (this.state === "connecting") return false;
     // A connection that the server has sent on comes back at once: what is to be dropped waits.
     if (this.#visit && !this.connection.greeted && !this.practice) return false;
     const { balls: most, drops_per_second: rate } = this.hello?.limits ?? {};

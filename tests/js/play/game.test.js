@@ -289,6 +289,26 @@ test("a full room says so, and is entered when a place is free", async () => {
   assert.equal(game.room.state, "asleep");
 });
 
+test("a drop pressed while the page connects waits for the table, or is said to be refused", async () => {
+  for (const full of [false, true]) {
+    const world = new World(4);
+    world.server.full = full;
+    const { game } = world.open();
+    game.drop();
+    assert.deepEqual([world.said, game.locked], [[], true]);
+    const [socket] = world.server.sockets;
+    world.server.accept(socket);
+    while (world.server.sockets.has(socket) && (socket.down.length || socket.closing !== undefined)) socket.deliver();
+    await settled();
+    world.server.full = false;
+    world.clock.next(world.clock.now + 100);
+    assert.equal(game.room.own.unanswered, full ? 0 : 1);
+    await world.rest();
+    assert.equal(world.server.sums.count, full ? 0 : 1);
+    assert.match(world.said.at(-1), full ? /This table is full/ : /staked 1\.00/);
+  }
+});
+
 test("an invalid field drops nothing", async () => {
   const { world, game } = await seated();
   let faulty = 0;
