@@ -27,7 +27,7 @@ TINY = {
 }
 
 # Balls land within two ticks, for tests that need results and no flight.
-QUICK = {**TINY, "name": "quick", "gravity": 4000.0}
+QUICK: Final[dict[str, Any]] = {**TINY, "name": "quick", "gravity": 4000.0}
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -45,9 +45,6 @@ def stakes_on_tiny() -> Iterator[None]:
     with constants(**{"plinko.app.rooms.independent.takes_stakes": taken}):
         yield
 
-
-# Balls land in two ticks, where a test needs a landing and no flight.
-QUICK: Final[dict[str, Any]] = {**TINY, "gravity": 4000.0}
 
 # One address may open a tenth of the rooms.
 PLENTY: Final[dict[str, Any]] = {"drop_rate": 1000.0, "max_rooms": 100_000}

@@ -55,7 +55,7 @@ def test_the_last_play_comes_first_with_total_stake_and_payout(
     http: httpx.Client, rooms: tuple[str, str]
 ) -> None:
     last = recalled(http, limit=1)["plays"][0]
-    assert (last["room"], last["board"], last["stake"]) == (rooms[1], "tiny", 100)
+    assert (last["room"], last["board"], last["stake"]) == (rooms[1], "quick", 100)
     assert last["payout"] == 100 * last["score"]
     assert last["session_drop"] == 0
     assert abs(last["time"] / 1000.0 - time.time()) < 3600.0
