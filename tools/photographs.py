@@ -154,9 +154,8 @@ def film(path: Path) -> None:
 
 def show(page: "Page", count: int) -> None:
     """Wait for `count` frames."""
-    from tests.browser.screen import frames
-
-    frames(page, count)
+    for _ in range(count):
+        page.evaluate("new Promise(requestAnimationFrame)")
 
 
 def moment(page: "Page") -> bytes:

@@ -188,10 +188,11 @@ test("the balance is the ledger's, whatever happens in whatever order", async ()
   assert.ok(drops > 6 * GAMES, `${drops} drops in ${GAMES} games: the table was played at`);
 });
 
-/** One tab at the table, connected, with an open session. */
-async function seated(seed = 1) {
+/** One tab at the table, or more, connected, each with an open session. */
+async function seated(seed = 1, count = 1) {
   const world = new World(seed);
-  const { game } = world.open();
+  const tabs = Array.from({ length: count }, () => world.open());
+  const [{ game }] = tabs;
   const flow = async (faults = "") => {
     for (let i = 0; i < 12; i += 1) {
       for (const socket of [...world.server.sockets]) {
@@ -205,7 +206,7 @@ async function seated(seed = 1) {
   await settled();
   await flow();
   assert.ok(game.room.fair.open);
-  return { world, game, flow };
+  return { world, tabs, game, flow };
 }
 
 test("a drop on its way while the owner resets is not called lost, and is the player's own", async () => {
@@ -221,6 +222,20 @@ test("a drop on its way while the owner resets is not called lost, and is the pl
   assert.deepEqual([...game.room.table.balls.values()].map(({ mine }) => mine), [true]);
   await world.rest();
   assert.match(world.said.at(-1), /staked 1\.00/);
+});
+
+test("each of two tabs finds the drops of its own session again after its line broke", async () => {
+  for (const i of [0, 1]) {
+    const { world, tabs, flow } = await seated(5, 2);
+    assert.equal(world.server.sessions.size, 2);
+    tabs[i].game.drop();
+    const socket = [...world.server.sockets].find(({ up }) => up.some(({ type }) => type === "drop"));
+    while (socket.up.length) world.server.serve(socket);
+    socket.end(UNDELIVERED); // before it has the receipt
+    await flow();
+    await world.rest();
+    assert.equal(world.server.sums.count, 1);
+  }
 });
 
 test("an auto-drop that a reset cut says so", async () => {

@@ -101,7 +101,8 @@ export class FairPlay {
     this.#draw = draw?.digest;
     this.failed = mode !== "independent";
     if (this.failed) return;
-    const kept = this.#saved().find((each) => each.room === this.room) ?? null;
+    // What is stored may be another tab's session.
+    const kept = this.#kept ?? this.#saved().find((each) => each.room === this.room) ?? null;
     this.#kept = kept;
     const token = kept && tokenOf(this.storage, kept.session);
     if (!kept || kept.board !== board || !token) {
