@@ -81,7 +81,7 @@ export class Game extends Store {
       this.wallet.apply({ ...receipt, type: "staked", room: this.room.id });
       this.tell("account", null);
     });
-    this.on("over", (over) => this.wallet.apply({ type: "over", ...over }));
+    this.on("over", (over) => this.wallet.apply({ type: "over", room: this.room.id, ...over }));
     this.on("rejoined", ({ session, drops }) => {
       if (drops > knownDrops(this.wallet.account, session)) this.tell("behind", session);
     });

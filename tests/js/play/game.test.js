@@ -8,7 +8,7 @@ import { Game } from "../../../static/js/play/game.js";
 import { chance } from "../support.js";
 import { Clock, Disk, install, ROOM, Server, settled, UNDELIVERED } from "./fake-table.js";
 
-const GAMES = Number(process.env.GAMES ?? 25); // more of them by hand
+const GAMES = Number(process.env.GAMES ?? 100); // more of them by hand
 const NEVER = Number.POSITIVE_INFINITY;
 const KEEP = { how: "keep", factor: 1 };
 

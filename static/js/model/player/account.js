@@ -67,7 +67,7 @@ import { Mean } from "../mean.js";
  *      seed?: string, aim?: number | null}
  *   | {type: "settled", session: string, drop: number, payout: number, played?: Played}
  *   | {type: "corrected", session: string, drop: number, payout: number}
- *   | {type: "over", session: string, total: number}} AccountEvent
+ *   | {type: "over", session: string, total: number, room?: string}} AccountEvent
  */
 
 /**
@@ -110,8 +110,10 @@ export function applied(account, event) {
   if (account.away.includes(event.session)) return account;
   const stay = account.sessions[event.session];
   if (event.type === "over") {
-    if (!stay || stay.total !== undefined) return account;
-    return withStay(account, event.session, { ...stay, total: event.total });
+    // Of a session whose receipts never arrived the account knows only that it has drops.
+    const left = stay ?? (event.room !== undefined && event.total > 0 ? { room: event.room, drops: {} } : null);
+    if (!left || left.total !== undefined) return account;
+    return withStay(account, event.session, { ...left, total: event.total });
   }
   if (event.drop < foldedOf(stay).count) return account;
   const known = stay?.drops[event.drop];

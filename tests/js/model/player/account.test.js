@@ -143,6 +143,9 @@ test("sessions with unknown drops are known as such", () => {
   const account = after([staked(0, 100), settled(0, 0), ended]);
   assert.deepEqual(incompleteSessions(account), ["s1"]);
   assert.deepEqual(incompleteSessions(after([staked(1, 100)], account)), []);
+  const unheard = { ...ended, room: "main" };
+  assert.deepEqual(incompleteSessions(after([unheard])), ["s1"], "no receipt has arrived");
+  assert.deepEqual(after([{ ...unheard, total: 0 }]).sessions, {}, "nothing was dropped");
 });
 
 test("a damaged account is not read, whatever is wrong with it", () => {
