@@ -213,7 +213,8 @@ export class OwnDrops {
       this.#close(drop, ball, /** @type {DropRecord} */ (await getJson(dropPath(address))));
     } catch {
       this.refused(drop.ref);
-      this.news.say(t("play.unknown"));
+      if (drop.fair) this.news.tell("behind", drop.fair.session); // the ledger is asked until it tells the result
+      else this.news.say(t("play.unknown"));
     }
   }
 

@@ -24,7 +24,8 @@ export class SafeStorage {
   /** @param {string} key @returns {string | null} */
   getItem(key) {
     const unstored = this.#memory.get(key);
-    if (unstored !== undefined) return unstored;
+    // What the browser has refused it may take now; until then each tab has values of its own.
+    if (unstored !== undefined && !this.#store()) return unstored;
     try {
       return this.open().getItem(key);
     } catch {

@@ -238,6 +238,22 @@ test("each of two tabs finds the drops of its own session again after its line b
   }
 });
 
+test("a result that cannot be computed is asked of the ledger until it tells", async () => {
+  const { world, game, flow } = await seated();
+  game.drop();
+  await flow();
+  assert.equal(game.wallet.open.length, 1);
+  world.server.silent = true;
+  const [socket] = world.server.sockets;
+  socket.end(UNDELIVERED);
+  world.server.reset(); // the landing is not among what the page has missed
+  while (world.server.sockets.size === 0) world.clock.next();
+  await flow();
+  assert.deepEqual([game.room.own.count, game.wallet.open.length], [0, 1]);
+  await world.rest();
+  assert.match(world.said.at(-1), /staked 1\.00/);
+});
+
 test("an auto-drop that a reset cut says so", async () => {
   const { world, game, flow } = await seated();
   game.startAuto(16, 3, { win: NEVER, loss: NEVER, onWin: KEEP, onLoss: KEEP });

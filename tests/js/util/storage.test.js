@@ -51,3 +51,13 @@ test("a refused value hides the older one that the browser stores, until a write
   area.setItem("a", "another tab's");
   assert.equal(kept.getItem("a"), "another tab's");
 });
+
+test("a read stores what was refused, as soon as the browser takes writes again", () => {
+  const area = storage();
+  const state = { area: full(area) };
+  const { kept } = safe(() => state.area);
+  kept.setItem("a", "new");
+  assert.deepEqual([kept.getItem("a"), area.getItem("a")], ["new", null]);
+  state.area = area;
+  assert.deepEqual([kept.getItem("a"), area.getItem("a")], ["new", "new"]);
+});
