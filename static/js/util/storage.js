@@ -1,8 +1,8 @@
 // What this browser stores for the pages. Every page reads and writes through here.
 //
 // A browser may refuse: a visitor can block storage (then even `window.localStorage` throws, or is null), and a full
-// disk or quota refuses writes. The values of refused writes stay in memory until the page closes, so that the page
-// works as usual. The first refused write tells the visitor so.
+// disk or quota refuses writes. The values of refused writes stay in memory until the browser takes them, so that the
+// page works as usual. The first refused write tells the visitor so.
 
 import { t } from "../texts/text.js";
 import { make } from "./dom.js";
